@@ -11,6 +11,12 @@ RATIONAL_SHARE = 0.55
 # The same with 2x2x3 points and other laws, all points flowing, over that with Voce.
 OVER_VOCE = {"table": 1.3, "swift": 1.4, "ludwik": 1.4, "cowper": 1.4, "johnson": 1.4,
              "hill48": 1.7, "chaboche": 2.0, "yld91": 4.0, "yld2004": 7.0}
+# Shells of degree 2 with six layers over other records of the same run.
+SHELL = "shell/p2/2x2/6/"
+SHELL_OVER = (("voce/plain", "force/p2/2x2x6/voce/plain/default", 0.55),
+              ("voce/plain", "force/p2/2x2x3/voce/plain/default", 0.85),
+              ("hill48/plain", SHELL + "voce/plain", 1.7),
+              ("voce/rational", SHELL + "voce/plain", 1.5))
 OVER_PLAIN = 1.6       # weights over none
 OVER_TUNED = 3.0       # a point of the general routine over one of the instance for 3x3x3
 OVER_GENERAL = 3.0     # a point of smooth projections over one of the plain general routine
@@ -41,8 +47,8 @@ class Verdict(NamedTuple):
 
 def verdicts(records):
     """All targets of a run, empty where no record has one."""
-    return [*of_shares(records), *of_laws(records), *of_step(records), *of_memory(records),
-            *of_weights(records), *of_general(records),
+    return [*of_shares(records), *of_laws(records), *of_shells(records), *of_step(records),
+            *of_memory(records), *of_weights(records), *of_general(records),
             *of_smooth(records), *of_threads(records), *of_growth(records), *of_contact(records)]
 
 
@@ -70,6 +76,13 @@ def of_laws(records):
         record = find(records, f"force/p2/2x2x3/{law}/plain/default", 1)
         if base and record:
             yield at_most(f"{record['name']}, over Voce", record["ns"] / base["ns"], most)
+
+
+def of_shells(records):
+    for name, other, most in SHELL_OVER:
+        shell, base = find(records, SHELL + name, 1), find(records, other, 1)
+        if shell and base:
+            yield at_most(f"{shell['name']}, over {other}", shell["ns"] / base["ns"], most)
 
 
 def of_step(records):

@@ -24,6 +24,7 @@ contains
     call add_rules(cases)
     call add_laws(cases)
     call add_strips(cases)
+    call add_shells(cases)
     call add_sizes(cases)
     call add_contacts(cases)
     call add_faces(cases)
@@ -147,6 +148,34 @@ contains
       call add(cases, item)
     end do
   end subroutine add_strips
+
+  !> The force routine on shells of 2560 elements with layers split at the middle.
+  subroutine add_shells(cases)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    character(12), parameter :: laws(5) = [character(12) :: "voce", "voce_elastic", "elastic", &
+                                           "swift", "hill48"]
+    type(force_case_t) :: item
+    integer :: i
+
+    item%per = "element-step"
+    item%is_shell = .true.
+    item%points = [2, 2, 3]
+    item%parts = [1, 1, 2]
+    do i = 1, size(laws)
+      item%law_name = laws(i)
+      item%name = "shell/p2/2x2/6/"//trim(laws(i))//"/plain"
+      call add(cases, item)
+    end do
+    item%law_name = "voce"
+    item%is_rational = .true.
+    item%name = "shell/p2/2x2/6/voce/rational"
+    call add(cases, item)
+    item%is_rational = .false.
+    item%degrees = 3
+    item%points = 3
+    item%name = "shell/p3/3x3/6/voce/plain"
+    call add(cases, item)
+  end subroutine add_shells
 
   !> The force routine on blanks of 1e2 to 1e5 elements.
   subroutine add_sizes(cases)

@@ -29,6 +29,7 @@ module force_case
     character(16) :: law_name = "voce"
     logical :: is_rational = .false., is_viscous = .true.
     logical :: is_strip = .false.              !! in plane strain: uniform and held along y
+    logical :: is_shell = .false.              !! its positions follow the velocities
     type(projection_spec_t) :: projection
     type(part_t) :: part
     class(block_law_t), allocatable :: law
@@ -69,7 +70,7 @@ contains
     if (allocated(error)) return
     viscosity = merge([0.06_wp, 1.2_wp], 0.0_wp, self%is_viscous)
     call new_part(self%part, self%name, solid, self%points, self%parts, self%law, viscosity, &
-                  error, self%projection)
+                  error, self%projection, self%is_shell)
     if (allocated(error)) return
     if (self%is_strip) call reduce_to_plane(self%part, self%law, 2)
     if (self%is_strip .and. index(self%part%element%kernel_name(), "plane_strain") == 0) then
@@ -150,7 +151,7 @@ contains
     self%bytes = force_bytes(self%n_points, self%law%n_state, controls, self%is_rational)
     self%working_set = n_elements*(8.0_wp*self%n_points*(6 + self%law%n_state) + 72.0_wp*controls)
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements
-    if (self%projection%kind /= project_nothing .or. self%is_strip) return
+    if (self%projection%kind /= project_nothing .or. self%is_strip .or. self%is_shell) return
     if (.not. law_flops(trim(self%law_name)) > 0.0_wp) return
     self%flops = kernel_flops(self%degrees, q, self%is_rational, self%is_viscous) &
                  + self%n_points*law_flops(trim(self%law_name))
@@ -162,6 +163,9 @@ contains
     integer :: i
 
     do i = 1, self%n_calls
+      associate (motion => self%part%element%motion)
+        if (self%is_shell) motion%x = motion%x + dt*motion%v
+      end associate
       call self%part%element%forces(self%law, dt, self%report)
     end do
   end subroutine run
