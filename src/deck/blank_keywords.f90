@@ -23,7 +23,7 @@ module blank_keywords
   implicit none
   private
 
-  public :: read_blank, read_count, read_round, join_patches
+  public :: read_blank, read_count, read_round, join_patches, set_layers
 
   real(wp), parameter :: most_elements = 1.0e7_wp   ! beyond the memory of one machine
   integer, parameter :: most_points = 10   ! Gauss points or parts in one direction of an element
@@ -483,7 +483,25 @@ contains
     call warn_of_tee_joints(record, blank, find_tee_joints(solids, joints%is_joined, tolerance), &
                             errors)
     call check_whole(record, blank, joints, errors)
+    if (blank%is_shell) call warn_of_hinges(record, blank, joints, errors)
   end subroutine join_patches
+
+  !> Warn of joints of shells: common control points pass no moment.
+  subroutine warn_of_hinges(record, blank, joints, errors)
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(in) :: blank
+    type(joints_t), intent(in) :: joints
+    type(error_list_t), intent(inout) :: errors
+    integer :: p, q
+
+    do p = 1, size(blank%patches)
+      do q = p, size(blank%patches)
+        if (joints%is_tied(p, q)) call add_warning(errors, record%origin, "the joint of '"// &
+          blank%patches(p)%name//"' and '"//blank%patches(q)%name//"' with ELEMENT=SHELL, a "// &
+          "hinge that passes no moment", "one patch, or ELEMENT=SOLID")
+      end do
+    end do
+  end subroutine warn_of_hinges
 
   !> Refuse a tolerance that makes neighbours in the grid of a patch one point, unless they were one
   !! before but for round-off: the blank would lose volume.

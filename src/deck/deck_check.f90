@@ -172,7 +172,7 @@ contains
     real(wp) :: extent(3)
     integer :: p
 
-    if (scene%blank%projection == "ANS") return
+    if (scene%blank%projection == "ANS" .or. scene%blank%is_shell) return
     if (.not. abs(scene%materials(scene%blank%material)%poisson) > 0.0_wp) return
     if (any([(is_held_everywhere(scene, scene%boundaries(p)%set), &
               p=1, size(scene%boundaries))])) return

@@ -2,11 +2,13 @@
 !! curves of the scene.
 module boundary_setup
   use kinds, only: wp
-  use scene, only: scene_t, set_spec_t, is_held
+  use input_errors, only: error_list_t, add_warning
+  use scene, only: scene_t, set_spec_t, boundary_spec_t, is_held
   use motion_curve, only: curve_t, constant_curve, curve_value
   use blank, only: blank_t
   use boundary, only: boundary_t
   use model, only: model_t, add_support
+  use patch_joints, only: face_names
   use patch_seams, only: seams_t, collect, largest_of_groups, distribute
   use row_tie, only: row_tie_t, even_out
   implicit none
@@ -32,6 +34,8 @@ module boundary_setup
     integer, allocatable :: n_before(:)      !! places of the patches before, shape (n_patches)
   end type ties_t
 
+  real(wp), parameter :: straight = 1.0e-6_wp   !! relative, what counts as round-off
+
 contains
 
   !> Curve by its index; 0 is the constant one.
@@ -51,9 +55,10 @@ contains
   !> One support per prescribed component. Where supports meet, the last one alone holds the point:
   !! two that pull at it would each count work on a path that is the other's. Steps that change
   !! nothing keep the supports that they find.
-  subroutine add_supports(scene, model)
+  subroutine add_supports(scene, model, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
+    type(error_list_t), intent(inout) :: errors
     integer :: first, last, n_steps
 
     allocate (model%supports(0), model%later_supports(0))
@@ -62,7 +67,7 @@ contains
     do while (last < n_steps)
       first = last + 1
       last = last_alike(first, n_steps, scene%boundaries%first_step, scene%boundaries%last_step)
-      call add_supports_of(scene, first, last, model)
+      call add_supports_of(scene, first, last, model, errors)
     end do
   end subroutine add_supports
 
@@ -76,10 +81,11 @@ contains
   end function last_alike
 
   !> The supports of all steps from `first` to `last`.
-  subroutine add_supports_of(scene, first, last, model)
+  subroutine add_supports_of(scene, first, last, model, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: first, last
     type(model_t), intent(inout) :: model
+    type(error_list_t), intent(inout) :: errors
     type(owner_t), allocatable :: owners(:)
     type(members_t), allocatable :: members(:)
     logical :: is_held(3, size(scene%boundaries))
@@ -99,7 +105,11 @@ contains
         call find_members(blank, scene%sets(boundaries(i)%set), members)
         if (boundaries(i)%word == "ENCASTRE") call add_clamped_rows(blank, members)
         c = findloc(["XSYMM", "YSYMM", "ZSYMM"] == boundaries(i)%word, .true., 1)
-        if (c > 0) call tie_rows(blank, members, c, ties)
+        if (c > 0) then
+          call tie_rows(blank, members, c, ties)
+          if (boundaries(i)%first_step == first) &
+            call warn_of_hinge(blank, members, c, boundaries(i), errors)
+        end if
         do c = 1, 3
           do p = 1, size(owners)
             where (members(p)%is_in .and. is_held(c, i)) owners(p)%entry(:, :, :, c) = i
@@ -310,8 +320,6 @@ contains
     type(members_t), intent(in) :: members(:)
     integer, intent(in) :: across              !! the component across the plane
     type(ties_t), intent(inout) :: ties
-    real(wp), parameter :: straight = 1.0e-6_wp
-    real(wp) :: way(3)
     integer :: p, edge, i, c, at(3), next(3), roots(2)
 
     do p = 1, size(members)
@@ -321,8 +329,8 @@ contains
           do i = 1, size(is_in, merge(2, 1, edge <= 2))
             call row_pair(shape(is_in), edge, i, at, next)
             if (.not. is_in(at(1), at(2), at(3))) cycle
-            way = x(next(1), next(2), next(3), :) - x(at(1), at(2), at(3), :)
-            if (norm2(way) - abs(way(across)) > straight*norm2(way)) cycle
+            if (.not. is_straight(x(next(1), next(2), next(3), :) &
+                                  - x(at(1), at(2), at(3), :), across)) cycle
             do c = 1, 3
               if (c == across) cycle
               roots = [root_of(ties, place_of_tie(blank, ties, p, at, c)), &
@@ -334,6 +342,68 @@ contains
       end associate
     end do
   end subroutine tie_rows
+
+  !> Does a way run straight across a plane?
+  pure logical function is_straight(way, across)
+    real(wp), intent(in) :: way(3)
+    integer, intent(in) :: across              !! the component across the plane
+
+    is_straight = norm2(way) - abs(way(across)) <= straight*norm2(way)
+  end function is_straight
+
+  !> Warn of an edge in a plane of symmetry from which the sheet does not run straight across it:
+  !! its slope there is free.
+  subroutine warn_of_hinge(blank, members, across, boundary, errors)
+    type(blank_t), intent(in) :: blank
+    type(members_t), intent(in) :: members(:)
+    integer, intent(in) :: across              !! the component across the plane
+    type(boundary_spec_t), intent(in) :: boundary
+    type(error_list_t), intent(inout) :: errors
+    integer :: p, edge
+
+    do p = 1, size(members)
+      if (.not. blank%parts(p)%element%is_surface) cycle
+      do edge = 1, 4
+        if (.not. is_hinge(blank%parts(p)%element%grid%points, members(p)%is_in, edge, across)) &
+          cycle
+        call add_warning(errors, boundary%origin, trim(boundary%word)//" on the edge "// &
+                         trim(face_names(edge))//" of '"//blank%parts(p)%element%name// &
+                         "' with ELEMENT=SHELL, whose next row of control points does not lie "// &
+                         "straight across the plane: a hinge", "a sheet that meets the plane "// &
+                         "at a right angle, or ENCASTRE")
+      end do
+    end do
+  end subroutine warn_of_hinge
+
+  !> Does an edge lie in the plane as a whole, and the row next to it neither there nor straight
+  !! across?
+  pure logical function is_hinge(x, is_in, edge, across)
+    real(wp), intent(in) :: x(:, :, :, :)      !! control points [length]
+    logical, intent(in) :: is_in(:, :, :)      !! in the set
+    integer, intent(in) :: edge, across
+    real(wp) :: from(3), way(3), size_of
+    integer :: i, at(3), next(3)
+
+    is_hinge = .false.
+    call row_pair(shape(is_in), edge, 1, at, next)
+    from = x(at(1), at(2), at(3), :)
+    size_of = 0.0_wp
+    do i = 1, size(is_in, merge(2, 1, edge <= 2))
+      call row_pair(shape(is_in), edge, i, at, next)
+      way = x(at(1), at(2), at(3), :) - from
+      size_of = max(size_of, norm2(way))
+      is_hinge = .false.
+      if (.not. is_in(at(1), at(2), at(3)) .or. is_in(next(1), next(2), next(3))) return
+      if (abs(way(across)) > straight*size_of) return
+    end do
+    if (.not. size_of > 0.0_wp) return         ! a pole
+    do i = 1, size(is_in, merge(2, 1, edge <= 2))
+      call row_pair(shape(is_in), edge, i, at, next)
+      way = x(next(1), next(2), next(3), :) - x(at(1), at(2), at(3), :)
+      is_hinge = is_hinge .or. (.not. is_straight(way, across) .and. &
+                                abs(way(across)) > straight*norm2(way))
+    end do
+  end function is_hinge
 
   !> What an entry of the deck holds it holds of all that is tied to it.
   pure subroutine join_owners(blank, ties, owners)

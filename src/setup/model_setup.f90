@@ -64,7 +64,7 @@ contains
     if (scene%step%thickness_factor > 1.0_wp) call check_columns(scene, model%bodies%blank, errors)
     if (n_errors(errors) > before) return
     call set_initial_velocities(scene, model)
-    call add_supports(scene, model)
+    call add_supports(scene, model, errors)
     call add_field_changes(scene, model)
     call set_stable_step(model)
     if (scene%reduction%component > 0) then
@@ -106,12 +106,6 @@ contains
     type(column_mask_t), allocatable :: is_whole(:)
     integer :: p, n
 
-    if (scene%blank%is_shell) then
-      call add_error(errors, scene%step%origin, "mass scaling through the thickness (THICKNESS="// &
-                     rounded_text(scene%step%thickness_factor)//") with ELEMENT=SHELL, which "// &
-                     "has no motion there", "DT of *MASS SCALING, or ELEMENT=SOLID")
-      return
-    end if
     is_whole = columns_of(blank)
     n = sum([(count(.not. is_whole(p)%values), p=1, size(is_whole))])
     if (n > 0) call add_warning(errors, scene%step%origin, "mass scaling through the thickness "// &

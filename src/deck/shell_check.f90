@@ -1,0 +1,135 @@
+!> What a deck asks of shells that shells cannot do, or that they do in another way than solids.
+module shell_check
+  use text, only: to_text, rounded_text
+  use input_errors, only: error_list_t, add_error, add_warning
+  use scene, only: scene_t, patch_spec_t, is_user_material
+  use knot_vector, only: knot_vector_t, n_spans
+  use deck_records, only: parsed_deck_t, find_records
+  implicit none
+  private
+
+  public :: check_shell, check_shell_masses
+
+  integer, parameter :: least_layers = 4   ! fewer leave too much of the moment of a plastic sheet
+
+contains
+
+  !> Refuse what shells do not serve, and warn of rules and knots that spoil their bending.
+  subroutine check_shell(scene, errors)
+    type(scene_t), intent(in) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer :: p, axis
+
+    if (.not. scene%blank%is_shell) return
+    call check_law(scene, errors)
+    do p = 1, size(scene%blank%patches)
+      associate (patch => scene%blank%patches(p))
+        if (any(patch%is_joined(5:6))) call add_error(errors, scene%blank%origin, "patch '"// &
+          patch%name//"' on another one through the thickness, with ELEMENT=SHELL, where "// &
+          "nothing joins them", "one patch for all of the thickness, or ELEMENT=SOLID")
+        do axis = 1, 2
+          call check_axis(scene, patch, axis, errors)
+        end do
+        call check_points(scene, patch, errors)
+      end associate
+    end do
+  end subroutine check_shell
+
+  !> Stress of these laws follows from a deformation gradient or comes with six components.
+  subroutine check_law(scene, errors)
+    type(scene_t), intent(in) :: scene
+    type(error_list_t), intent(inout) :: errors
+    character(*), parameter :: expected = "a law that plane stress serves: *ELASTIC or "// &
+      "*PLASTIC; or ELEMENT=SOLID"
+
+    associate (material => scene%materials(scene%blank%material))
+      if (is_user_material(material)) then
+        call add_error(errors, material%origin, "*USER MATERIAL of a blank with ELEMENT=SHELL", &
+                       expected)
+      else if (material%law == "NEO HOOKE") then
+        call add_error(errors, material%origin, "*HYPERELASTIC of a blank with ELEMENT=SHELL", &
+                       expected)
+      end if
+    end associate
+  end subroutine check_law
+
+  !> A shell needs second derivatives to bend, without a break at knots.
+  subroutine check_axis(scene, patch, axis, errors)
+    type(scene_t), intent(in) :: scene
+    type(patch_spec_t), intent(in) :: patch
+    integer, intent(in) :: axis                !! along the sheet
+    type(error_list_t), intent(inout) :: errors
+
+    associate (along => patch%solid%axes(axis))
+      if (along%degree < 2) then
+        ! A strip one element wide does not bend across.
+        if (n_spans(along) > 1) call add_error(errors, scene%blank%origin, "degree 1 of '"// &
+          patch%name//"' along axis "//to_text(axis)//" with ELEMENT=SHELL, which then cannot "// &
+          "bend along it", "degree 2, or one element across a strip of plane strain")
+      else if (place_of_hinge(along) > 0) then
+        call add_warning(errors, scene%blank%origin, "the knot "// &
+                         rounded_text(along%knots(place_of_hinge(along)))//" of '"//patch%name// &
+                         "' along axis "//to_text(axis)//", as often as the degree, "// &
+                         to_text(along%degree)//": a hinge with ELEMENT=SHELL", &
+                         "an inner knot at most "//to_text(along%degree - 1)//" times")
+      end if
+    end associate
+  end subroutine check_axis
+
+  !> The first inner knot of a multiplicity of at least the degree, 0: none.
+  pure integer function place_of_hinge(axis) result(place)
+    type(knot_vector_t), intent(in) :: axis
+
+    do place = axis%degree + 2, axis%n_basis - axis%degree + 1
+      if (.not. axis%knots(place + axis%degree - 1) > axis%knots(place)) return
+    end do
+    place = 0
+  end function place_of_hinge
+
+  !> Points along the sheet, of which each sees three strains and three curvatures, and layers.
+  subroutine check_points(scene, patch, errors)
+    type(scene_t), intent(in) :: scene
+    type(patch_spec_t), intent(in) :: patch
+    type(error_list_t), intent(inout) :: errors
+    integer, parameter :: seen = 6, moving = 3, rigid = 6
+    integer :: n(3), spans(2), axis
+    character(:), allocatable :: rule
+
+    n = patch%n_points*patch%n_parts
+    spans = [(n_spans(patch%solid%axes(axis)), axis=1, 2)]
+    associate (axes => patch%solid%axes)
+      rule = "a rule of "//to_text(n(1))//" x "//to_text(n(2))//" points along the sheet and "// &
+             to_text(n(3))//" layers with ELEMENT=SHELL"
+      if (any(n(:2) < min(axes(:2)%degree, 2)) .or. &
+          seen*product(spans*n(:2)) < moving*product(axes(:2)%n_basis) - rigid) then
+        call add_error(errors, scene%blank%origin, rule//", which leaves deformations without "// &
+                       "energy", "as many points as the degree along the sheet, such as "// &
+                       "QUADRATURE=SHEET")
+      else if (n(3) == 1) then
+        call add_error(errors, scene%blank%origin, rule//", which does not resist bending", &
+                       "at least "//to_text(least_layers)//" layers, such as QUADRATURE=SHEET")
+      else if (n(3) < least_layers) then
+        call add_warning(errors, scene%blank%origin, rule//", which miss a tenth and more of "// &
+                         "the bending moment of a plastic sheet", "at least "// &
+                         to_text(least_layers)//", better three in each half of the "// &
+                         "thickness, such as QUADRATURE=SHEET")
+      end if
+    end associate
+  end subroutine check_points
+
+  !> Refuse masses scaled through the thickness.
+  subroutine check_shell_masses(deck, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(in) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: found(:)
+
+    if (.not. (scene%blank%is_shell .and. scene%step%thickness_factor > 1)) return
+    found = find_records(deck, "MASS SCALING")
+    call add_error(errors, deck%records(found(1))%origin, "THICKNESS="// &
+                   rounded_text(scene%step%thickness_factor)//" with ELEMENT=SHELL, which has "// &
+                   "no motion through the thickness", "DT alone, no *MASS SCALING, or "// &
+                   "ELEMENT=SOLID")
+  end subroutine check_shell_masses
+
+end module shell_check
