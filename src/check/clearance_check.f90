@@ -20,6 +20,7 @@ module clearance_check
   public :: check_clearance
 
   real(wp), parameter :: least_room = 0.9_wp  !! of the thickness, that is no mistake
+  real(wp), parameter :: all_room = 0.999_wp  !! the same for shells, which do not resist there
   real(wp), parameter :: facing = 0.5_wp      !! cosine between surfaces that face each other
   real(wp), parameter :: deep = 3.0_wp        !! overlap beyond it, of the thickness: another side
   real(wp), parameter :: sideways = 0.8_wp    !! part of a stroke: where more of it is too much ...
@@ -81,7 +82,7 @@ contains
                                                     thickness, target)
         associate (a => encounters(i), b => encounters(j), tools => model%bodies%tools)
           call find_tightest(tools(a%tool), a%path, tools(b%tool), b%path, period, target, tightest)
-          if (tightest%clearance < least_room*thickness) &
+          if (tightest%clearance < merge(all_room, least_room, scene%blank%is_shell)*thickness) &
             call report(scene, a, b, tightest, thickness, errors)
         end associate
       end do
@@ -393,6 +394,7 @@ contains
     end if
     found = found//" at "//place_text(tightest%x)//", time "//rounded_text(tightest%time)// &
             ", where the sheet is "//rounded_text(thickness)//" thick"
+    if (scene%blank%is_shell) found = found//", which ELEMENT=SHELL does not feel"
     origin = scene%tools(mover)%origin
     expected = "a clearance of at least the thickness between their surfaces"
     if (tightest%excess > sideways*travel_of(a, b) .and. tightest%slope < head_on) then
