@@ -14,7 +14,7 @@ module check_report
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
   use forming_run, only: effect_lines
-  use run_forecast, only: new_forecast, forecast_lines, outlook_t
+  use run_forecast, only: forecast_t, new_forecast, forecast_lines, outlook_t
   use scene, only: scene_t
   use system_files, only: true_path
   use basis_tables, only: n_lanes
@@ -22,6 +22,7 @@ module check_report
   use scene_reduction, only: axis_along, uniformity_problem, mirror_problem
   use failure, only: error_t, fail
   use boundary, only: prescribed_components
+  use row_tie, only: row_tie_t
   use vibration, only: fixed_t, free_frequencies, n_free
   use input_errors, only: origin_t, error_list_t, add_warning
   use symmetric_eigen, only: principal_values
@@ -31,10 +32,13 @@ module check_report
   private
 
   public :: print_check, print_forecast, print_lines, source_lines, saving_lines
-  public :: print_modes, check_torsion
+  public :: print_modes, check_torsion, n_steps_of
 
   real(wp), parameter :: slender = 4.0_wp    !! length over the larger width of a bar
   real(wp), parameter :: allowed = 0.1_wp    !! of the frequency of torsion that the masses may take
+
+  integer, parameter :: n_pieces = 4               !! of a bar, each held for itself
+  real(wp), parameter :: round_off = 1.0e-6_wp     !! of its length
 
   !> Second moments of the mass about its centre.
   type :: moments_t
@@ -80,11 +84,14 @@ contains
   end subroutine print_check
 
   !> The time that the run should take, to standard output.
-  subroutine print_forecast(model, outlook, may_step)
+  subroutine print_forecast(model, outlook, may_step, seconds)
     type(model_t), intent(inout) :: model   !! some steps of it are taken
     type(outlook_t), intent(in) :: outlook
     logical, intent(in) :: may_step         !! unless the law must not be called
+    real(wp), intent(out) :: seconds        !! 0: no forecast
+    type(forecast_t) :: forecast
 
+    seconds = 0.0_wp
     if (.not. may_step) then
       print "(a)", "run time         no forecast, for that would call the user's subroutine "// &
         "(--check --trial-run does)"
@@ -92,7 +99,9 @@ contains
     end if
     if (outlook%is_tried) print "(a)", "steps            about "// &
       rounded_text(outlook%growth*n_steps_of(model))//", as the run with fewer elements shows"
-    call print_lines(forecast_lines(new_forecast(model, n_steps_of(model), outlook)))
+    forecast = new_forecast(model, n_steps_of(model), outlook)
+    seconds = forecast%seconds
+    call print_lines(forecast_lines(forecast))
     if (.not. outlook%is_tried .and. any([model%step%has_relaxation, &
                                           model%later_steps%step%has_relaxation])) &
       print "(a)", "                 less where a relaxation ends before its time limit "// &
@@ -297,6 +306,7 @@ contains
       if (loss <= allowed) return
       if (is_held(blank, prescribed_components(blank%parts, model%supports, model%i_step), &
                   lumped%centre, axis, length)) return
+      if (is_tied(model, lumped%centre, axis, length)) return
       call add_warning(errors, origin, "a bar with few elements across, whose lumped masses "// &
                        "lie so far out that its frequencies of torsion are about "// &
                        to_text(nint(100*loss))//" % too low", "more elements across")
@@ -420,11 +430,9 @@ contains
     type(blank_t), intent(in) :: blank
     type(fixed_t), intent(in) :: fixed(:)      !! prescribed components, by patch
     real(wp), intent(in) :: centre(3), axis(3), length
-    integer, parameter :: n_pieces = 4
-    real(wp), parameter :: round_off = 1.0e-6_wp
     logical :: is_piece_held(n_pieces)
-    real(wp) :: rotation(3), along
-    integer :: p, i, j, k, piece
+    real(wp) :: rotation(3)
+    integer :: p, i, j, k
 
     is_piece_held = .false.
     do p = 1, size(blank%parts)
@@ -435,9 +443,7 @@ contains
               rotation = cross(axis, x(i, j, k, :) - centre)
               if (.not. any(fixed(p)%is_fixed(i, j, k, :) &
                             .and. abs(rotation) > round_off*length)) cycle
-              along = 0.5_wp + dot_product(axis, x(i, j, k, :) - centre)/length
-              piece = max(1, min(n_pieces, 1 + floor(n_pieces*along)))
-              is_piece_held(piece) = .true.
+              is_piece_held(piece_of(x(i, j, k, :), centre, axis, length)) = .true.
             end do
           end do
         end do
@@ -445,5 +451,52 @@ contains
     end do
     is_held = all(is_piece_held)
   end function is_held
+
+  !> Do ties of rows that would move apart keep a bar of shells from twisting all along?
+  pure logical function is_tied(model, centre, axis, length)
+    type(model_t), intent(in) :: model
+    real(wp), intent(in) :: centre(3), axis(3), length
+    logical :: is_piece_held(n_pieces)
+    real(wp) :: first(3), other(3)
+    integer :: s, g, i, start
+
+    is_piece_held = .false.
+    do s = 1, size(model%supports)
+      select type (tie => model%supports(s)%item)
+      type is (row_tie_t)
+        start = 1
+        do g = 1, size(tie%last)
+          first = place_of(tie, start)
+          do i = start + 1, tie%last(g)
+            other = cross(axis, place_of(tie, i) - first)
+            if (abs(other(tie%component)) > round_off*length) &
+              is_piece_held(piece_of(first, centre, axis, length)) = .true.
+          end do
+          start = tie%last(g) + 1
+        end do
+      end select
+    end do
+    is_tied = all(is_piece_held)
+  contains
+
+    pure function place_of(tie, i) result(x)
+      type(row_tie_t), intent(in) :: tie
+      integer, intent(in) :: i
+      real(wp) :: x(3)
+
+      associate (at => tie%points(:, i), body => model%bodies%blank%parts(tie%part(i))%element)
+        x = body%motion%x(at(1), at(2), at(3), :)
+      end associate
+    end function place_of
+
+  end function is_tied
+
+  !> In which quarter of the length of a bar a point lies.
+  pure integer function piece_of(x, centre, axis, length) result(piece)
+    real(wp), intent(in) :: x(3), centre(3), axis(3), length
+
+    piece = max(1, min(n_pieces, 1 + floor(n_pieces*(0.5_wp + dot_product(axis, x - centre) &
+                                                     /length))))
+  end function piece_of
 
 end module check_report

@@ -36,6 +36,7 @@ module deck_run
   use start_frame, only: fill_setup, write_start_frame
   use run_start, only: new_saver, claim_files, start_run, saving_words, check_restart
   use forming_run, only: run_model, save_failed, first_steps
+  use shell_offer, only: could_be_shells, shell_lines
   use check_report, only: print_check, print_forecast, source_lines, saving_lines, check_torsion, &
                           print_modes, print_lines
   use run_forecast, only: outlook_t
@@ -71,6 +72,8 @@ contains
     type(outlook_t) :: outlook
     type(string_t), allocatable :: lines(:)
     type(error_t), allocatable :: error
+    real(wp) :: seconds
+    logical :: is_for_shells
 
     ! The number of threads must not change under way: OpenMP may otherwise adapt it.
     call omp_set_dynamic(.false.)
@@ -100,8 +103,10 @@ contains
       call print_check(model)
       call print_lines(lines)
       if (command%is_trial_run) call print_trial_run(scene, model, outlook, library)
-      call print_forecast(model, outlook, may_be_called(library))
+      is_for_shells = could_be_shells(scene, model)
+      call print_forecast(model, outlook, may_be_called(library), seconds)
       call print_lines(saving_lines(scene))
+      if (is_for_shells) call print_lines(shell_lines(scene, outlook%set_up, seconds))
       call print_lines(source_lines(scene, model))
       if (command%restart /= "") call check_restart(command, scene, model, error)
       if (allocated(error)) write (error_unit, "(a)") "igaform: "//error%message
