@@ -492,15 +492,24 @@ contains
     type(blank_spec_t), intent(in) :: blank
     type(joints_t), intent(in) :: joints
     type(error_list_t), intent(inout) :: errors
-    integer :: p, q
+    integer, parameter :: most_named = 3
+    character(:), allocatable :: named
+    integer :: p, q, n
 
+    named = ""
+    n = 0
     do p = 1, size(blank%patches)
       do q = p, size(blank%patches)
-        if (joints%is_tied(p, q)) call add_warning(errors, record%origin, "the joint of '"// &
-          blank%patches(p)%name//"' and '"//blank%patches(q)%name//"' with ELEMENT=SHELL, a "// &
-          "hinge that passes no moment", "one patch, or ELEMENT=SOLID")
+        if (.not. joints%is_tied(p, q)) cycle
+        n = n + 1
+        if (n <= most_named) named = named//", '"//blank%patches(p)%name//"' and '"// &
+                                     blank%patches(q)%name//"'"
       end do
     end do
+    if (n == 0) return
+    if (n > most_named) named = named//" and "//to_text(n - most_named)//" more"
+    call add_warning(errors, record%origin, to_text(n)//" joints ("//named(3:)//") with "// &
+                     "ELEMENT=SHELL, hinges that pass no moment", "one patch, or ELEMENT=SOLID")
   end subroutine warn_of_hinges
 
   !> Refuse a tolerance that makes neighbours in the grid of a patch one point, unless they were one

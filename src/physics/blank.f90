@@ -7,6 +7,7 @@ module blank
   use patch_seams, only: seams_t, no_seams, find_seams, column_mask_t, whole_columns
   use block_law, only: block_law_t
   use strain_projection, only: projection_spec_t
+  use shell_setup, only: mid_surface
   use element, only: part_t, force_report_t
   use body_parts, only: set_inertia
   use element_kinds, only: new_part
@@ -58,7 +59,12 @@ contains
       solids(p) = patches(p)%solid
     end do
     if (present(merge_distance)) then
-      if (merge_distance >= 0.0_wp) call find_seams(solids, merge_distance, blank%seams)
+      if (merge_distance >= 0.0_wp) then
+        call find_seams(solids, merge_distance, blank%seams)
+        if (present(is_shell)) then
+          if (is_shell) call find_seams_of_shells(solids, merge_distance, blank%seams)
+        end if
+      end if
     end if
     allocate (blank%parts(size(patches)))
     do p = 1, size(patches)
@@ -72,6 +78,20 @@ contains
     call set_inertia(blank%parts, blank%seams)
     call move_alloc(law, blank%law)
   end subroutine new_blank
+
+  !> Seams by the control points of mid-surfaces.
+  pure subroutine find_seams_of_shells(solids, merge_distance, seams)
+    type(nurbs_solid_t), intent(in) :: solids(:)
+    real(wp), intent(in) :: merge_distance              !! [length]
+    type(seams_t), intent(out) :: seams
+    type(nurbs_solid_t) :: middle(size(solids))
+    integer :: p
+
+    do p = 1, size(solids)
+      middle(p) = mid_surface(solids(p))
+    end do
+    call find_seams(middle, merge_distance, seams)
+  end subroutine find_seams_of_shells
 
   !> Elements of all patches.
   pure integer function n_elements_of(parts) result(n)
