@@ -22,7 +22,6 @@ module check_report
   use scene_reduction, only: axis_along, uniformity_problem, mirror_problem
   use failure, only: error_t, fail
   use boundary, only: prescribed_components
-  use row_tie, only: row_tie_t
   use vibration, only: fixed_t, free_frequencies, n_free
   use input_errors, only: origin_t, error_list_t, add_warning
   use symmetric_eigen, only: principal_values
@@ -306,7 +305,6 @@ contains
       if (loss <= allowed) return
       if (is_held(blank, prescribed_components(blank%parts, model%supports, model%i_step), &
                   lumped%centre, axis, length)) return
-      if (is_tied(model, lumped%centre, axis, length)) return
       call add_warning(errors, origin, "a bar with few elements across, whose lumped masses "// &
                        "lie so far out that its frequencies of torsion are about "// &
                        to_text(nint(100*loss))//" % too low", "more elements across")
@@ -431,7 +429,6 @@ contains
     type(fixed_t), intent(in) :: fixed(:)      !! prescribed components, by patch
     real(wp), intent(in) :: centre(3), axis(3), length
     logical :: is_piece_held(n_pieces)
-    real(wp) :: rotation(3)
     integer :: p, i, j, k
 
     is_piece_held = .false.
@@ -440,9 +437,7 @@ contains
         do k = 1, size(x, 3)
           do j = 1, size(x, 2)
             do i = 1, size(x, 1)
-              rotation = cross(axis, x(i, j, k, :) - centre)
-              if (.not. any(fixed(p)%is_fixed(i, j, k, :) &
-                            .and. abs(rotation) > round_off*length)) cycle
+              if (.not. is_stopped(fixed(p), x, [i, j, k], centre, axis, round_off*length)) cycle
               is_piece_held(piece_of(x(i, j, k, :), centre, axis, length)) = .true.
             end do
           end do
@@ -452,44 +447,28 @@ contains
     is_held = all(is_piece_held)
   end function is_held
 
-  !> Do ties of rows that would move apart keep a bar of shells from twisting all along?
-  pure logical function is_tied(model, centre, axis, length)
-    type(model_t), intent(in) :: model
-    real(wp), intent(in) :: centre(3), axis(3), length
-    logical :: is_piece_held(n_pieces)
-    real(wp) :: first(3), other(3)
-    integer :: s, g, i, start
+  !> Is a control point kept from turning about an axis, or tied to one that turns another way?
+  pure logical function is_stopped(fixed, x, at, centre, axis, least)
+    type(fixed_t), intent(in) :: fixed
+    real(wp), intent(in) :: x(:, :, :, :)      !! control points [length]
+    integer, intent(in) :: at(3)
+    real(wp), intent(in) :: centre(3), axis(3), least   !! least: way that counts [length]
+    real(wp) :: way(3)
+    integer :: c, n(3), place, leader
 
-    is_piece_held = .false.
-    do s = 1, size(model%supports)
-      select type (tie => model%supports(s)%item)
-      type is (row_tie_t)
-        start = 1
-        do g = 1, size(tie%last)
-          first = place_of(tie, start)
-          do i = start + 1, tie%last(g)
-            other = cross(axis, place_of(tie, i) - first)
-            if (abs(other(tie%component)) > round_off*length) &
-              is_piece_held(piece_of(first, centre, axis, length)) = .true.
-          end do
-          start = tie%last(g) + 1
-        end do
-      end select
+    way = cross(axis, x(at(1), at(2), at(3), :) - centre)
+    is_stopped = any(fixed%is_fixed(at(1), at(2), at(3), :) .and. abs(way) > least)
+    if (is_stopped .or. .not. allocated(fixed%leader)) return
+    n = shape(x(:, :, :, 1))
+    place = at(1) - 1 + n(1)*(at(2) - 1 + n(2)*(at(3) - 1))
+    do c = 1, 3
+      leader = mod(fixed%leader(1 + place + product(n)*(c - 1)) - 1, product(n))
+      way = cross(axis, x(at(1), at(2), at(3), :) &
+                  - x(1 + mod(leader, n(1)), 1 + mod(leader/n(1), n(2)), &
+                      1 + leader/(n(1)*n(2)), :))
+      is_stopped = is_stopped .or. abs(way(c)) > least
     end do
-    is_tied = all(is_piece_held)
-  contains
-
-    pure function place_of(tie, i) result(x)
-      type(row_tie_t), intent(in) :: tie
-      integer, intent(in) :: i
-      real(wp) :: x(3)
-
-      associate (at => tie%points(:, i), body => model%bodies%blank%parts(tie%part(i))%element)
-        x = body%motion%x(at(1), at(2), at(3), :)
-      end associate
-    end function place_of
-
-  end function is_tied
+  end function is_stopped
 
   !> In which quarter of the length of a bar a point lies.
   pure integer function piece_of(x, centre, axis, length) result(piece)

@@ -8,6 +8,7 @@ module damping
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
   use effect, only: effect_t, instant_t, previous_increment, effect_slot_t
+  use vibration, only: fixed_t
   use residual_decay, only: decay_t, note_residuals
   use text, only: rounded_text
   implicit none
@@ -40,7 +41,7 @@ module damping
     real(wp) :: energy_limit = 0.0_wp, force_limit = 0.0_wp   !! relative
     real(wp) :: settled_from = 0.0_wp              !! time from which loads are constant
     real(wp) :: settled_total = 0.0_wp             !! of these the loads against the time of the run
-    type(field_t), allocatable :: is_free(:)       !! 1, and 0 where a support holds the component
+    type(fixed_t), allocatable :: fixed(:)         !! components that supports hold or tie
     type(field_t), allocatable :: internal_force(:)   !! of the last step, by patch
     real(wp) :: internal_energy = 0.0_wp, kinetic_energy = 0.0_wp
     real(wp) :: last_peak = 0.0_wp, peak = 0.0_wp  !! kinetic, largest of last and this window
@@ -273,8 +274,8 @@ contains
         end do
         if (allocated(body%column_factor)) inertia = inertia + column_inertia(body, v_before)
         self%internal_force(p)%values = motion%internal_force
-        unbalanced(p) = norm_of_forces(body, self%is_free(p)%values* &
-                                       (motion%external_force - motion%internal_force))
+        unbalanced(p) = norm_of_forces(body, free_forces(self%fixed(p), motion%external_force &
+                                                         - motion%internal_force))
         internal(p) = norm_of_forces(body, motion%internal_force)
         external(p) = norm_of_forces(body, motion%external_force)
       end associate
@@ -284,6 +285,25 @@ contains
     self%largest_force = max(self%largest_force, norm2(internal), norm2(external))
     self%force_residual = norm2(unbalanced)/max(self%largest_force, tiny(1.0_wp))
   end subroutine look
+
+  !> Forces that move something: none where a support holds; of components that move alike the sum,
+  !! at the first of them.
+  pure function free_forces(fixed, forces) result(free)
+    type(fixed_t), intent(in) :: fixed
+    real(wp), intent(in) :: forces(:, :, :, :)
+    real(wp), allocatable :: free(:, :, :, :), list(:)
+    integer :: i
+
+    free = merge(0.0_wp, forces, fixed%is_fixed)
+    if (.not. allocated(fixed%leader)) return
+    list = [free]
+    do i = 1, size(list)
+      if (fixed%leader(i) == i) cycle
+      list(fixed%leader(i)) = list(fixed%leader(i)) + list(i)
+      list(i) = 0.0_wp
+    end do
+    free = reshape(list, shape(free))
+  end function free_forces
 
   !> Euclidean norm of forces, those at seams by the patch's share of the mass there.
   pure real(wp) function norm_of_forces(body, forces) result(norm)

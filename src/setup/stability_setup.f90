@@ -5,7 +5,7 @@ module stability_setup
   use thickness_masses, only: difference_masses
   use patch_seams, only: column_mask_t
   use stable_step, only: largest_frequency, viscous_step, stable_element_step
-  use body_parts, only: field_t, set_inertia
+  use body_parts, only: set_inertia
   use blank, only: blank_t, mass_of, columns_of
   use boundary, only: prescribed_components
   use vibration, only: fixed_t
@@ -78,22 +78,6 @@ contains
     end associate
   end subroutine scale_columns
 
-  !> 1 for components of control points that no support holds, 0 for the others; by patch.
-  function free_components(blank, supports, step) result(is_free)
-    type(blank_t), intent(in) :: blank
-    type(effect_slot_t), intent(in) :: supports(:)
-    integer, intent(in) :: step              !! of the deck
-    type(field_t), allocatable :: is_free(:)
-    type(fixed_t), allocatable :: fixed(:)
-    integer :: p
-
-    fixed = prescribed_components(blank%parts, supports, step)
-    allocate (is_free(size(fixed)))
-    do p = 1, size(is_free)
-      is_free(p)%values = merge(0.0_wp, 1.0_wp, fixed(p)%is_fixed)
-    end do
-  end function free_components
-
   !> Put the scaling of columns behind all forces: one effect for each run of steps whose supports
   !! hold the same columns in part. The supports must be there already.
   subroutine add_thickness_scaling(model)
@@ -127,19 +111,21 @@ contains
     type(model_t), intent(in) :: model
     integer, intent(in) :: step              !! of the deck
     type(held_column_t), allocatable, intent(out) :: held(:)
-    type(field_t), allocatable :: is_free(:)
+    type(fixed_t), allocatable :: fixed(:)
     logical, allocatable :: is_mixed(:, :)
     integer :: p, i, j, c, n, pass
 
-    is_free = free_components(model%bodies%blank, [model%supports, model%later_supports], step)
+    fixed = prescribed_components(model%bodies%blank%parts, &
+                                  [model%supports, model%later_supports], step)
     do pass = 1, 2
       n = 0
-      do p = 1, size(is_free)
-        associate (free => is_free(p)%values, &
+      do p = 1, size(fixed)
+        associate (is_fixed => fixed(p)%is_fixed, &
                    factor => model%bodies%blank%parts(p)%element%column_factor)
           is_mixed = factor < 0.0_wp
           do c = 1, 3
-            is_mixed = is_mixed .or. maxval(free(:, :, :, c), 3) > minval(free(:, :, :, c), 3)
+            is_mixed = is_mixed .or. (any(is_fixed(:, :, :, c), 3) .and. &
+                                      .not. all(is_fixed(:, :, :, c), 3))
           end do
           is_mixed = is_mixed .and. factor > 1.0_wp
           do j = 1, size(factor, 2)
@@ -149,7 +135,7 @@ contains
               if (pass == 1) cycle
               held(n)%part = p
               held(n)%at = [i, j]
-              held(n)%is_held = free(i, j, :, :) < 0.5_wp
+              held(n)%is_held = is_fixed(i, j, :, :)
             end do
           end do
         end associate
@@ -192,8 +178,8 @@ contains
         relaxation%force_limit = step%force_residual
         relaxation%settled_from = settled_from(s)
         relaxation%settled_total = settled_total(s)
-        relaxation%is_free = free_components(model%bodies%blank, &
-                                             [model%supports, model%later_supports], s)
+        relaxation%fixed = prescribed_components(model%bodies%blank%parts, &
+                                                 [model%supports, model%later_supports], s)
         allocate (damping, source=relaxation)
       else if (step%alpha > 0.0_wp) then
         do last = s, size(settled_from) - 1
