@@ -14,6 +14,7 @@ module damping
   implicit none
   private
 
+  public :: free_forces
   public :: start_damping, relaxation_outcome, find_decay
 
   !> Forces -alpha m v at all control points. v is the mean of the velocities half a step before

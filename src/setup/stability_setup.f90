@@ -12,7 +12,7 @@ module stability_setup
   use damping, only: damping_t, start_damping, relaxation_t
   use thickness_scaling, only: thickness_scaling_t, held_column_t
   use effect, only: effect_slot_t, add_effect
-  use scene, only: step_spec_t
+  use scene, only: step_spec_t, contact_spec_t
   use model, only: model_t, increment_limit, add_support
   use input_errors, only: origin_t, error_list_t, add_warning
   use text, only: to_text, rounded_text
@@ -237,6 +237,7 @@ contains
     type(model_t), intent(inout), target :: model   ! which holds the pairs
     type(error_list_t), intent(inout) :: errors
     real(wp) :: shares(size(pairs)), limit, left, total
+    type(contact_spec_t) :: usual
     logical :: is_there(size(pairs)), is_elsewhere
     integer :: i, step, n_tools
 
@@ -271,6 +272,8 @@ contains
     do i = 1, size(pairs)
       if (shares(i) > 0.0_wp) call scale_stiffness(pairs(i)%pair%pair, limit/total)
     end do
+    ! Of a shell with many tools nobody has chosen it.
+    if (is_elsewhere .and. maxval(shares) <= usual%penalty_scale) return
     if (left > 0.0_wp) call add_warning(errors, origin, "penalties of "//to_text(n_tools)// &
                      " tools on "//trim(merge("both faces", "one face  ", is_elsewhere))// &
                      " that add up to "//rounded_text(total), &

@@ -49,6 +49,8 @@ def die_in_two(x):
     return [(old, new.format(x=x)) for old, new in SHORT_DIE]
 
 
+AS_SHELL = (BLANK + ",", BLANK + ", ELEMENT=SHELL,")
+
 MISTAKES = [
     Mistake("density in kg/m3", MATERIAL, ["density", "kg/m3", "7.85e-9"], ["density=7850"]),
     Mistake("density in g/mm3", MATERIAL, ["wave speed", "m/s"], ["density=7.85e-3"]),
@@ -223,6 +225,20 @@ MISTAKES = [
     Mistake("tool without a pair", HOLDER, ["holder", "*CONTACT PAIR"],
             text=[("*CONTACT PAIR, TOOL=holder, FACE=Y_MAX, FRICTION=0.1\n", ""),
                   (FORCE + "\n0, <holder_force>, 0\n", "")]),
+    Mistake("shells around a sharp radius", "*CONTACT PAIR, TOOL=die",
+            ["radius 6", "4.6", "ELEMENT=SOLID"], ["thickness=1.3"], [AS_SHELL]),
+    Mistake("shells that are squeezed", MOTION, ["too long by", "does not feel"],
+            text=[AS_SHELL, (PUNCH, BOTTOM.format(y=-29.95) + PUNCH)]),
+    Mistake("shells with a layer too few", BLANK, ["3 layers", "at least 4"],
+            text=[AS_SHELL, ("TYPE=BOX", 'TYPE=BOX, QUADRATURE="2,2,3"')]),
+    Mistake("a shell as a plane of symmetry", "Z_MIN, YSYMM", ["normal z", "ZSYMM"],
+            text=[AS_SHELL, ("X_MIN, XSYMM", "X_MIN, XSYMM\nZ_MIN, YSYMM")]),
+    Mistake("a load on the edge of a shell", "X_MAX, 8", ["edge of a shell"], level="error",
+            text=[AS_SHELL, ("near, 2, 3\n", "near, 2, 3\n*PRESSURE\nX_MAX, 8\n")]),
+    Mistake("a bead on the edge of a shell", "*DRAW BEAD", ["FACE=X_MAX"], level="error",
+            text=[AS_SHELL, (STROKE, BEAD.replace("Y_MAX", "X_MAX") + STROKE)]),
+    Mistake("a pair on the edge of a shell", "*CONTACT PAIR, TOOL=die", ["edge of a shell"],
+            text=[AS_SHELL, ("TOOL=die, FACE=Y_MIN", "TOOL=die, FACE=Z_MIN")], level="error"),
     Mistake("an Abaqus mesh: nodes", "*NODE", ["*BLANK"], level="error",
             text=[("*BOUNDARY\nX_MIN", "*NODE\n1, 0, 0, 0\n*BOUNDARY\nX_MIN")]),
     Mistake("an Abaqus mesh: elements", "*ELEMENT", ["*BLANK"], level="error",
@@ -325,12 +341,17 @@ def complaint_about_words(program):
 
 
 def complaint_about_right(program):
-    """The set-up has no mistake, and none if the stroke closes on the bottom of the die."""
+    """The set-up has no mistake, and none if the stroke closes on the bottom of the die; shells
+    serve it as well, which the check of solids says."""
     for deck in (DECK, DECK.replace(PUNCH, BOTTOM.format(y=-30) + PUNCH)):
-        done = check(program, deck)
-        if done.returncode != 0 or done.stderr:
-            return done.stderr
-    return None
+        for is_shell in (False, True):
+            done = check(program, deck.replace(*AS_SHELL) if is_shell else deck)
+            if done.returncode != 0 or done.stderr:
+                return done.stderr
+            if ("shells (ELEMENT=SHELL)" in done.stdout) == is_shell:
+                return f"an offer of shells, or none:\n{done.stdout}"
+    done = check(program, DECK, "--set", "thickness=1.3")
+    return done.stdout if "shells (ELEMENT=SHELL)" in done.stdout else None
 
 
 def main(program):
