@@ -16,16 +16,16 @@ def load(strain):
     return factor * K * (EPS_0 + factor * strain)**N * np.exp(-strain)
 
 
-def main():
-    case = Case("Plane-strain tension to the maximum load", "Considere (1885)")
-    run = case.run("plane_strain_tension")
+def compare(case, element):
+    """Load over strain of solids or shells; the line of the picture."""
+    run = case.run("plane_strain_tension", element=element)
     moved = run.probes["end"]["displacement"][:, 0]
     work = run.history["external_work"]
     strain = np.log(1 + (moved[1:] + moved[:-1]) / (2 * LENGTH))
     force = np.diff(work) / np.diff(moved)
     is_plastic = (strain > 0.02) & (strain < 0.24)
     strain, force = strain[is_plastic], force[is_plastic]
-    case.deviation("load from strain 0.02 to 0.24, rms",
+    case.deviation(f"{element}: load from strain 0.02 to 0.24, rms",
                    np.sqrt(np.mean((force / load(strain) - 1)**2)), 0.01)
     # the top is flat: its place comes from a parabola through a wide part of it
     near = (strain > 0.12) & (strain < 0.24)
@@ -33,11 +33,16 @@ def main():
     places = np.linspace(0.12, 0.24, 2001)
     top = places[np.argmax(np.polyval(cubic, places))]
     considere = N - np.sqrt(3) / 2 * EPS_0
-    case.error("strain at the maximum load", top, considere, 0.03)
-    case.error("maximum load [N]", np.polyval(cubic, top), load(considere), 0.003)
-    case.panel("logarithmic strain", "load [N]", [
-        ("computed", "-", strain, force), ("closed form", "k--", strain, load(strain)),
-        ("Considere", "ko", [considere], [load(considere)])])
+    case.error(f"{element}: strain at the maximum load", top, considere, 0.03)
+    case.error(f"{element}: maximum load [N]", np.polyval(cubic, top), load(considere), 0.003)
+    return [(element, "-", strain, force), ("closed form", "k--", strain, load(strain)),
+            ("Considere", "ko", [considere], [load(considere)])]
+
+
+def main():
+    case = Case("Plane-strain tension to the maximum load", "Considere (1885)")
+    shell, *_ = compare(case, "SHELL")
+    case.panel("logarithmic strain", "load [N]", [*compare(case, "SOLID"), shell])
     case.finish()
 
 

@@ -58,6 +58,15 @@ def main():
         if case.is_long:
             case.rate(f"rate, p = {p}", sizes, errors, 1.4, 2.4)
         lines.append((f"p = {p}", "o-", sizes, np.abs(errors)))
+    for p in (2, 3, 4):
+        meshes = (6, 9, 12) if case.is_long else (6, 9)
+        errors = [case.lowest("plate_modes", p=p, n=n, element="SHELL") / thin(thickness) - 1
+                  for n in meshes]
+        case.deviation(f"frequency of a shell against Kirchhoff's plate, p = {p}, {meshes[-1]} x "
+                       f"{meshes[-1]} elements of a quarter", errors[-1],
+                       0.004 * p * (9 / meshes[-1])**2)
+        case.rate(f"rate, shell, p = {p}", meshes, errors, -2.4, -1.6)
+        lines.append((f"shell, p = {p}", "s--", [LENGTH / 2 / n for n in meshes], np.abs(errors)))
     case.panel("element [mm]", "error of the frequency", lines, "log")
     case.finish()
 

@@ -21,6 +21,13 @@ def curvatures(run):
     return angle[is_bent][-1] / THICKNESS, angle[-1] / THICKNESS
 
 
+def curvatures_of_shell(run):
+    """The same of the deck of a shell, from the chord of an arc."""
+    length, end = 0.5 * THICKNESS, run.probes["end"]["displacement"]
+    curvature = 2 * np.arctan2(-end[:, 1], length + end[:, 0]) / length
+    return curvature[run.history["process_step"] == 1][-1], curvature[-1]
+
+
 def sprung(curvature):
     """Share of the curvature that goes, after Hosford and Caddell."""
     q = np.minimum(FLOW / (PLANE_E * THICKNESS * np.asarray(curvature)), 0.5)
@@ -76,9 +83,18 @@ def main():
                    share, sprung_by_rule(bent, layers, points), 0.02)
         errors.append(abs(share / exact - 1))
     case.deviation("springback, R = 80 t, 6x3 points, against the sum over many", errors[-1], 0.02)
+    shells = []
+    for radius in (200, 80, 20, 10):
+        bent, released = curvatures_of_shell(case.run("wide_plate", R=radius))
+        case.error(f"springback of a shell, R = {radius} t, 2x3 points, against the sum over "
+                   "these", 1 - released / bent, sprung_by_rule(bent, 2, 3), 0.02)
+        case.error(f"springback of a shell, R = {radius} t", 1 - released / bent,
+                   float(sprung(bent)), 0.04 if radius > 80 else 0.02)
+        shells.append((FLOW / (PLANE_E * THICKNESS * bent), 1 - released / bent))
     q = np.linspace(0, 0.5, 100)
     case.panel("R s/(E' t)", "springback / curvature", [
-        ("Hosford and Caddell", "k-", q, 3 * q - 4 * q**3), ("2x3 points", "o", *zip(*dots))])
+        ("Hosford and Caddell", "k-", q, 3 * q - 4 * q**3), ("2x3 points", "o", *zip(*dots)),
+        ("shell, 2x3 points", "s", *zip(*shells))])
     case.panel("points through the thickness", "error of springback, R = 80 t",
                [("against many", "o-", [layers * points for layers, points in rules], errors)],
                "log")
