@@ -107,13 +107,29 @@ contains
 
     damping = 0.0_wp
     if (bodies(1)%element%has_viscosity) then
-      dilatation = elastic_t(density=law%density, bulk=law%bulk)
+      dilatation = dilatation_of(bodies(1)%element, law)
       call largest_frequency(bodies, seams, dilatation, omega_bulk, rate)
       damping = maxval([(bodies(p)%element%damping_ratio(law, omega, omega_bulk), &
                          p=1, size(bodies))])
     end if
     dt = damped_step(omega, damping)
   end function viscous_step
+
+  !> A material with the bulk part of the stiffness alone. In plane stress the same stress,
+  !! K (d11 + d22) along both axes, is that of a Poisson's ratio close to one.
+  pure function dilatation_of(element, law) result(dilatation)
+    class(element_t), intent(in) :: element
+    class(block_law_t), intent(in) :: law
+    type(elastic_t) :: dilatation
+    real(wp), parameter :: poisson = 0.98_wp
+    real(wp) :: young
+
+    dilatation = elastic_t(density=law%density, bulk=law%bulk)
+    if (.not. element%is_surface) return
+    young = law%bulk*(1.0_wp - poisson**2)
+    dilatation%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
+    dilatation%shear = young/(2.0_wp*(1.0_wp + poisson))
+  end function dilatation_of
 
   !> Stable step of a frequency with a damping ratio whose force comes half a step late.
   pure real(wp) function damped_step(omega, damping) result(dt)
@@ -273,11 +289,8 @@ contains
     rigidity = elastic_t(density=law%density, bulk=law%bulk, shear=law%shear)
     omega = largest_element_frequency(element, rigidity)
     damping = 0.0_wp
-    if (element%has_viscosity) then
-      rigidity%shear = 0.0_wp
-      damping = element%damping_ratio(law, omega, largest_element_frequency(element, rigidity))
-      rigidity%shear = law%shear
-    end if
+    if (element%has_viscosity) damping = element%damping_ratio(law, omega, &
+                        largest_element_frequency(element, dilatation_of(element, law)))
     dt = damped_step(omega, damping)
     call element%elastic_copy(trial)
     trial%motion%x = element%grid%points
