@@ -62,6 +62,23 @@ def mindlin(thickness, n=10):
     return shape @ solution[:n * n], 1 / np.sqrt(values.real.max())
 
 
+def compare_shells(case):
+    """Shells of any slenderness against the thin limit."""
+    fine = LENGTH / 1000
+    deflection, omega = mindlin(fine)
+    unit = deflection * E * fine**3 / 12 / (1 - NU**2) / LENGTH**4
+    frequency = omega / (2 * np.pi) * 1000 / 100   # at a/t = 100: as the thickness
+    for p, n, limit in ((2, 8, 0.01), (3, 8, 0.03)):
+        found = case.modes("clamped_plate", 1, p=p, n=n, slenderness=100, element="SHELL",
+                           scaling=1)[0]
+        case.error(f"lowest frequency [Hz], shell, p = {p}, {n} x {n} elements, a/t = 100",
+                   found, frequency, limit)
+        run = case.run("clamped_plate", p=p, n=n, slenderness=30, element="SHELL", scaling=1)
+        case.error(f"deflection [mm], shell, p = {p}, {n} x {n} elements, a/t = 30",
+                   abs(run.probes["middle"]["displacement"][-1, 2]),
+                   1e-4 * LENGTH / 30 * unit / 0.00126, 0.02)
+
+
 def main():
     case = Case("Clamped square plate, thick to thin", "Mindlin's plate (1951) by Ritz")
     thin = mindlin(LENGTH / 1000)[1] * LENGTH**2 / np.sqrt(
@@ -77,6 +94,7 @@ def main():
                    f"quarter, a/t = {slenderness}",
                    abs(run.probes["middle"]["displacement"][-1, 2]),
                    pressure * mindlin(thickness)[0], limit)
+    compare_shells(case)
     lines = []
     meshes = (("NONE", 2, 4, None), ("NONE", 2, 6, None), ("ANS", 2, 4, 0.05), ("NONE", 3, 4, 0.06))
     if case.is_long:
