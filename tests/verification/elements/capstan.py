@@ -22,6 +22,13 @@ def main():
                        np.abs(run.history["energy_error"][late]).max(), 1e-5)
         lines.append((f"friction {friction}", "-", 1e3 * run.time(), force[:, 1] / top))
         lines.append(("", "k--", [0, 6], [np.exp(friction * np.pi / 2)] * 2))
+    run = case.run("belt")
+    late, force = run.time() > 2.4e-3, -run.tools["drum"]["force"]
+    # the forces act at the mid-surface, the friction on the drum
+    exact = np.exp(0.3 * np.pi / 2 * 50 / 50.25)
+    case.error("ratio of the forces, shell, friction 0.3",
+               force[late, 1].sum() / force[late, 0].sum(), exact, 0.003)
+    case.deviation("energy balance, shell", np.abs(run.history["energy_error"][late]).max(), 1e-5)
     case.panel("time [ms]", "force at the side over that at the top", lines)
     case.finish()
 
