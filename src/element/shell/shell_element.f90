@@ -35,6 +35,7 @@ module shell_element
     integer :: seen = -1                    !! force evaluations before that look, -1: none yet
     !> At the control points when it was last looked at, see `look_at_faces`, (n1, n2) [length].
     real(wp), allocatable :: thickness(:, :)
+    real(wp), allocatable :: thickening(:, :)          !! of it, in each look until the next one
     real(wp), allocatable :: start_faces(:, :, :, :)   !! control points of both at the start
   contains
     procedure :: forces
@@ -89,6 +90,7 @@ contains
       allocate (element%mass, source=reshape(sum(mass, 3), shape(element%grid%weights)))
     end associate
     element%thickness = thickness_of(element)
+    allocate (element%thickening, source=0.0_wp*element%thickness)
     associate (motion => element%motion)
       allocate (motion%x, source=element%grid%points)
       allocate (motion%v, motion%internal_force, motion%external_force, mold=motion%x)
@@ -345,15 +347,17 @@ contains
     surface = solid_face(self%body(), side)
   end function surface
 
-  !> Normals of the shape that the last evaluation of the forces took, and in every sixteenth of
-  !! them the thickness.
+  !> Normals of the shape that the last evaluation of the forces took. The thickness is found anew in
+  !! every sixteenth of them and followed by equal parts in the next ones: jumps would strike tools.
   subroutine look_at_faces(self)
     class(shell_element_t), intent(inout) :: self
     integer, parameter :: period = 16
 
     if (self%seen == self%patch%increment) return
     call find_normals(self%faces, self%motion%x)
-    if (mod(self%patch%increment, period) == 0) self%thickness = thickness_of(self)
+    if (mod(self%patch%increment, period) == 0) &
+      self%thickening = (thickness_of(self) - self%thickness)/period
+    self%thickness = self%thickness + self%thickening
     self%seen = self%patch%increment
   end subroutine look_at_faces
 
@@ -471,6 +475,7 @@ contains
     call carry_field(store, "thickness", size(self%points%thickness), self%points%thickness)
     call carry_field(store, "through", size(self%points%through), self%points%through)
     call carry_field(store, "face_thickness", size(self%thickness), self%thickness)
+    call carry_field(store, "face_thickening", size(self%thickening), self%thickening)
   end subroutine carry_shell
 
   pure function kernel_name(self) result(name)
