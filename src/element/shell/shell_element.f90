@@ -347,8 +347,8 @@ contains
     surface = solid_face(self%body(), side)
   end function surface
 
-  !> Normals of the shape that the last evaluation of the forces took. The thickness is found anew in
-  !! every sixteenth of them and followed by equal parts in the next ones: jumps would strike tools.
+  !> Normals of the shape that the last evaluation of the forces took. The thickness is found in
+  !! every sixteenth of them and reached in equal parts by the next one: jumps would strike tools.
   subroutine look_at_faces(self)
     class(shell_element_t), intent(inout) :: self
     integer, parameter :: period = 16

@@ -1,4 +1,4 @@
-"""A thin tube as a shell with exact arcs: pressure from inside, and the frequencies of its sections.
+"""A thin tube as a shell with exact arcs: pressure from inside, and frequencies of its sections.
 
 The hoop force follows from the pressure on the inner face, p a; the tube widens by
 p a R (1 - nu^2)/(E t). Inextensional vibration in plane strain with n waves has
