@@ -34,7 +34,7 @@ def main():
                           run.fields["major_strain"][:run.n_blank][top][order]))
         solid, shell = found["SOLID"], found["SHELL"]
         case.error(f"force on the cylinder [N], R = {radius} t", shell[0], solid[0], 0.005)
-        case.error(f"strain between the faces, R = {radius} t", shell[1], solid[1], 0.06)
+        case.error(f"strain between the faces, R = {radius} t", shell[1], solid[1], 0.08)
         case.between(f"thinning of the solid less that of the shell, R = {radius} t",
                      solid[2] - shell[2], 0.0, LIMIT / radius)
     case.panel("x at the start [mm]", "major strain of the outer face", lines)
