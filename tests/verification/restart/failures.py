@@ -198,7 +198,7 @@ def frames_close_together_prove_nothing(folder):
 
 def a_smaller_step_outlives_an_interruption(folder):
     """A run that is stopped after its retry has begun goes on with the smaller step."""
-    path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5", "6e-3", 400)
+    path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5", "1.2e-2", 800)
     igaform(folder, path, "--out", "full.h5", "--threads", 1)
     run = begin(folder, path, "--out", "b.h5", "--threads", 1)
     log = folder / "b.log"
