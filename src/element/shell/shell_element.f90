@@ -4,7 +4,7 @@ module shell_element
   use kinds, only: wp
   use failure, only: error_t
   use linear_algebra, only: cross
-  use state_store, only: state_store_t, carry_field
+  use state_store, only: state_store_t, carry, carry_field
   use text, only: string_t, append_text, to_text, rounded_text
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: knot_vector_t, linear_axis
@@ -32,7 +32,7 @@ module shell_element
     type(shell_points_t) :: points
     type(nurbs_solid_t) :: sheet            !! the sheet as a solid at the start
     type(shell_faces_t) :: faces            !! what belongs to the shape of the last look at them
-    integer :: seen = -1                    !! force evaluations before that look, -1: none yet
+    integer :: seen = -2                    !! force evaluations before that look, -2: none yet
     !> At the control points when it was last looked at, see `look_at_faces`, (n1, n2) [length].
     real(wp), allocatable :: thickness(:, :)
     real(wp), allocatable :: thickening(:, :)          !! of it, in each look until the next one
@@ -324,19 +324,33 @@ contains
     allocate (solid%points, source=self%start_faces)
   end function body
 
-  !> Both faces now.
+  !> Both faces, of the shape and the thickness now.
   subroutine body_motion(self, x, v)
     class(shell_element_t), intent(in) :: self
     real(wp), allocatable, intent(inout) :: x(:, :, :, :), v(:, :, :, :)
+    type(shell_faces_t) :: faces
+    real(wp), allocatable :: thickness(:, :)
     integer :: side
 
     if (.not. allocated(x)) allocate (x, mold=self%start_faces)
     if (.not. allocated(v)) allocate (v, mold=self%start_faces)
+    call find_faces(self, faces, thickness)
     do side = 5, 6
-      call self%face_net(side, x(:, :, side - 4, :))
-      call self%face_velocities(side, v(:, :, side - 4, :))
+      call face_net(faces, side, self%motion%x, thickness, x(:, :, side - 4, :))
+      call face_velocities(faces, side, self%motion%v, thickness, v(:, :, side - 4, :))
     end do
   end subroutine body_motion
+
+  !> Faces of the shape and the thickness now.
+  subroutine find_faces(self, faces, thickness)
+    class(shell_element_t), intent(in) :: self
+    type(shell_faces_t), intent(out) :: faces
+    real(wp), allocatable, intent(out) :: thickness(:, :)
+
+    faces = self%faces
+    call find_normals(faces, self%motion%x)
+    thickness = thickness_of(self)
+  end subroutine find_faces
 
   !> A face of the sheet, or an edge, at the start.
   function surface(self, side)
@@ -349,12 +363,17 @@ contains
 
   !> Normals of the shape that the last evaluation of the forces took. The thickness is found in
   !! every sixteenth of them and reached in equal parts by the next one: jumps would strike tools.
+  !! After evaluations without a look it is found at once.
   subroutine look_at_faces(self)
     class(shell_element_t), intent(inout) :: self
     integer, parameter :: period = 16
 
     if (self%seen == self%patch%increment) return
     call find_normals(self%faces, self%motion%x)
+    if (self%seen < self%patch%increment - 1) then
+      self%thickness = thickness_of(self)
+      self%thickening = 0.0_wp
+    end if
     if (mod(self%patch%increment, period) == 0) &
       self%thickening = (thickness_of(self) - self%thickness)/period
     self%thickness = self%thickness + self%thickening
@@ -367,15 +386,15 @@ contains
     integer, intent(in) :: side
     real(wp), intent(out) :: net(:, :, :)
     type(shell_faces_t) :: faces
+    real(wp), allocatable :: thickness(:, :)
 
     if (.not. self%is_own_face(side)) then
       call self%solid_element_t%face_net(side, net)
     else if (self%seen == self%patch%increment) then
       call face_net(self%faces, side, self%motion%x, self%thickness, net)
     else
-      faces = self%faces
-      call find_normals(faces, self%motion%x)
-      call face_net(faces, side, self%motion%x, self%thickness, net)
+      call find_faces(self, faces, thickness)
+      call face_net(faces, side, self%motion%x, thickness, net)
     end if
   end subroutine net_of_side
 
@@ -384,15 +403,15 @@ contains
     integer, intent(in) :: side
     real(wp), intent(out) :: net(:, :, :)
     type(shell_faces_t) :: faces
+    real(wp), allocatable :: thickness(:, :)
 
     if (.not. self%is_own_face(side)) then
       call self%solid_element_t%face_velocities(side, net)
     else if (self%seen == self%patch%increment) then
       call face_velocities(self%faces, side, self%motion%v, self%thickness, net)
     else
-      faces = self%faces
-      call find_normals(faces, self%motion%x)
-      call face_velocities(faces, side, self%motion%v, self%thickness, net)
+      call find_faces(self, faces, thickness)
+      call face_velocities(faces, side, self%motion%v, thickness, net)
     end if
   end subroutine velocities_of_side
 
@@ -476,6 +495,8 @@ contains
     call carry_field(store, "through", size(self%points%through), self%points%through)
     call carry_field(store, "face_thickness", size(self%thickness), self%thickness)
     call carry_field(store, "face_thickening", size(self%thickening), self%thickening)
+    call carry(store, "faces_seen", self%seen)
+    if (store%is_taking) call find_normals(self%faces, self%motion%x)
   end subroutine carry_shell
 
   pure function kernel_name(self) result(name)
