@@ -7,6 +7,7 @@ module shell_forces
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, shell_points_t, tile_t, tile_buffer_t, block_t, block_at, &
                          n_blocks_of, next_block
+  use kernel_dispatch, only: instance_of
   use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
                           finish_evaluation
 #include "kl_shell_uses.inc"
@@ -25,12 +26,8 @@ contains
   pure integer function shell_kernel_of(degrees, n_points, is_rational) result(kernel)
     integer, intent(in) :: degrees(3), n_points(3)
     logical, intent(in) :: is_rational
-    integer :: column
 
-    do column = 1, size(tuned_rules, 2)
-      if (all(tuned_rules(:, column) == [degrees, n_points])) exit
-    end do
-    kernel = 2*column - merge(0, 1, is_rational)
+    kernel = instance_of(tuned_rules, degrees, n_points, is_rational)
   end function shell_kernel_of
 
   !> Name of a kernel instance for the log, such as `p22_q226_shell`.

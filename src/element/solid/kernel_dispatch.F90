@@ -10,7 +10,7 @@ module kernel_dispatch
   implicit none
   private
 
-  public :: kernel_of, rows_of, kernel_name, run_kernel, takes_fields, tuned_rules
+  public :: instance_of, kernel_of, rows_of, kernel_name, run_kernel, takes_fields, tuned_rules
 
   !> Degrees and points of the tuned instances: kernel 2k - 1 serves column k, kernel 2k the same
   !! with weights. Behind the table: general, general with weights.
@@ -22,13 +22,21 @@ contains
   pure integer function kernel_of(degrees, n_points, is_rational) result(kernel)
     integer, intent(in) :: degrees(3), n_points(3)
     logical, intent(in) :: is_rational
+
+    kernel = instance_of(tuned_rules, degrees, n_points, is_rational)
+  end function kernel_of
+
+  !> Number of the instance among those of a table, in the order of `tuned_rules`.
+  pure integer function instance_of(rules, degrees, n_points, is_rational) result(instance)
+    integer, intent(in) :: rules(:, :), degrees(3), n_points(3)
+    logical, intent(in) :: is_rational
     integer :: column
 
-    do column = 1, size(tuned_rules, 2)
-      if (all(tuned_rules(:, column) == [degrees, n_points])) exit
+    do column = 1, size(rules, 2)
+      if (all(rules(:, column) == [degrees, n_points])) exit
     end do
-    kernel = 2*column - merge(0, 1, is_rational)
-  end function kernel_of
+    instance = 2*column - merge(0, 1, is_rational)
+  end function instance_of
 
   !> Rows of points that a kernel instance works together, see `solid_patch_t`.
   pure integer function rows_of(kernel) result(rows)
