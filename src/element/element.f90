@@ -47,8 +47,8 @@ module element
     integer :: n_evaluated = 0                 !! points worked in a force evaluation
     real(wp) :: shortest = 0.0_wp              !! edge of all elements at the start [length]
     logical :: has_viscosity = .false.         !! bulk viscosity
-    !> It is a surface without rotations of its own: faces 5 and 6 are nets beside the control
-    !! points, which follow these; the other four sides are edges, and to fix a rotation there takes
+    !> It is a surface without rotations of its own: faces 5 and 6 are nets that follow the
+    !! control points; the other four sides are edges, and to fix a rotation there takes
     !! the next row of control points as well.
     logical :: is_surface = .false.
     real(wp), allocatable :: mass(:, :, :)     !! lumped, of the control points
@@ -180,7 +180,7 @@ contains
     v = self%motion%v
   end subroutine motion_of_grid
 
-  !> Is a side a net beside the control points, and no layer of these?
+  !> Is a side a net of its own, and no layer of the control points?
   pure logical function is_own_face(self, side)
     class(element_t), intent(in) :: self
     integer, intent(in) :: side

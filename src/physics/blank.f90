@@ -79,7 +79,7 @@ contains
     call move_alloc(law, blank%law)
   end subroutine new_blank
 
-  !> Seams by the control points of mid-surfaces.
+  !> Seams by the control points of mid-surfaces, whose solids meet exactly by now.
   pure subroutine find_seams_of_shells(solids, merge_distance, seams)
     type(nurbs_solid_t), intent(in) :: solids(:)
     real(wp), intent(in) :: merge_distance              !! [length]

@@ -198,7 +198,7 @@ contains
     end associate
   end subroutine press_layer
 
-  !> Press a face beside the control points, which get its forces only where it touches.
+  !> Press a face with a net of its own; the control points get its forces only where it touches.
   subroutine press_own_face(self, tool, dt, body, couple)
     class(contact_effect_t), intent(inout) :: self
     type(tool_t), intent(inout) :: tool

@@ -15,7 +15,7 @@ module loads
   public :: gravity_load, traction_load, new_pressure
 
   !> A constant pattern of forces, times a curve: on the control points of a range of a patch's
-  !! grid, or of a face that is a net beside them.
+  !! grid, or of a face with a net of its own.
   type, extends(effect_t), public :: dead_load_t
     integer :: part = 1                            !! patch of the blank
     integer :: face = 0                            !! of the patch; 0: none
