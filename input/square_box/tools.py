@@ -4,11 +4,12 @@ A profile (flat, quarter circle, wall) runs along the outline of a rounded squar
 profile lies the distance d outside of the wall, where the outline is two straight lines and an arc
 about the corner's centre; both are exact.
 """
-import csv
-import math
 import os
+import sys
 
-ROOT = math.sqrt(0.5)
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir))
+from profile_tools import ROOT, surface, write   # pylint: disable=wrong-import-position
+
 TOP = -0.78    # of the die: below the sheet, whose upper face is z = 0
 
 
@@ -19,27 +20,11 @@ def outline(half, corner, d):
             (centre, far, 1), (centre / 2, far, 1), (0, far, 1)]
 
 
-def surface(half, corner, profile):
-    """Rows of x, y, z, w; the profile is axis 1 and runs fastest. The last number of its
-    points shrinks the outline towards the axis."""
-    paths = []
-    for d, z, w, shrink in profile:
-        paths.append([(shrink * x, shrink * y, z, w * v) for x, y, v in outline(half, corner, d)])
-    return [path[j] for j in range(7) for path in paths]
-
-
-def write(name, rows):
-    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), name)
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["x", "y", "z", "w"])
-        writer.writerows([[f"{value:.15g}" for value in row] for row in rows])
-
-
 # die: opening 74, corner 12, edge 5
-write("die.csv", surface(37, 12, [(80, TOP, 1, 1), (42, TOP, 1, 1), (5, TOP, 1, 1),
-                                  (0, TOP, ROOT, 1), (0, TOP - 5, 1, 1), (0, TOP - 30, 1, 1),
-                                  (0, TOP - 60, 1, 1)]))
+DIE = [(80, TOP, 1, 1), (42, TOP, 1, 1), (5, TOP, 1, 1), (0, TOP, ROOT, 1), (0, TOP - 5, 1, 1),
+       (0, TOP - 30, 1, 1), (0, TOP - 60, 1, 1)]
+write(__file__, "die.csv", surface(outline, 37, 12, DIE))
 # punch: 70, corner 10, edge 8; its flat part shrinks to a point on the axis
-write("punch.csv", surface(35, 10, [(0, 60, 1, 1), (0, 34, 1, 1), (0, 8, 1, 1), (0, 0, ROOT, 1),
-                                    (-8, 0, 1, 1), (-8, 0, 1, 0.5), (-8, 0, 1, 0)]))
+PUNCH = [(0, 60, 1, 1), (0, 34, 1, 1), (0, 8, 1, 1), (0, 0, ROOT, 1), (-8, 0, 1, 1),
+         (-8, 0, 1, 0.5), (-8, 0, 1, 0)]
+write(__file__, "punch.csv", surface(outline, 35, 10, PUNCH))
