@@ -22,6 +22,7 @@ module shell_element
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces
   use shell_forces, only: forces_of_shell, shell_kernel_name
+  use shell_pressure, only: window, add_push, share_of_window, set_targets, release
   implicit none
   private
 
@@ -37,6 +38,9 @@ module shell_element
     real(wp), allocatable :: thickness(:, :)
     real(wp), allocatable :: thickening(:, :)          !! of it, in each look until the next one
     real(wp), allocatable :: start_faces(:, :, :, :)   !! control points of both at the start
+    real(wp), allocatable :: volume(:, :)              !! of the control points at the start
+    !> Forces that press on faces 5 and 6, summed since a window of increments began, (n1, n2, 5:6).
+    real(wp), allocatable :: push(:, :, :)
   contains
     procedure :: forces
     procedure :: trial_forces
@@ -88,7 +92,9 @@ contains
     call new_shell_faces(element%faces, element%grid%axes(:2), element%grid%weights(:, :, 1))
     associate (mass => new_lumped_mass(sheet, law%density))
       allocate (element%mass, source=reshape(sum(mass, 3), shape(element%grid%weights)))
+      element%volume = sum(mass, 3)/law%density
     end associate
+    allocate (element%push(size(element%volume, 1), size(element%volume, 2), 5:6), source=0.0_wp)
     element%thickness = thickness_of(element)
     allocate (element%thickening, source=0.0_wp*element%thickness)
     associate (motion => element%motion)
@@ -111,6 +117,8 @@ contains
     type(force_report_t), intent(out) :: report
 
     self%patch%n_before = self%n_before
+    if (self%seen /= self%patch%increment) call release(self%points)
+    self%points%share = share_of_window(self%patch%increment)
     call forces_of_shell(self%patch, self%points, self%buffers, law, dt, self%motion%x, &
                          self%motion%internal_force, report)
   end subroutine forces
@@ -147,6 +155,9 @@ contains
 
     call self%solid_element_t%drop_state()
     self%points%resultant = 0.0_wp
+    self%points%normal = 0.0_wp
+    self%points%is_pressed = .false.
+    self%push = 0.0_wp
   end subroutine drop_state
 
   !> The element on its own span, with its share of the mass.
@@ -178,7 +189,7 @@ contains
     call move_alloc(one, copy)
   end subroutine single
 
-  !> In plane stress.
+  !> Of the stress in the sheet and the normal stress.
   subroutine elastic_energy(self, law, energy)
     class(shell_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
@@ -192,18 +203,22 @@ contains
         do layer = 1, n
           energy = energy + 0.5_wp*self%rule(3)%weights(layer) &
                    *energy_of_lanes(law%bulk, law%shear, self%points%volume(:, row, block), &
+                                    self%points%normal(:, 1, row, block) &
+                                    + self%rule(3)%points(layer) &
+                                    *self%points%normal(:, 2, row, block), &
                                     self%patch%stress(:, layer + n*(row - 1), :, 1, block))
         end do
       end do
     end do
   end subroutine elastic_energy
 
-  pure real(wp) function energy_of_lanes(bulk, shear, volume, s) result(energy)
-    real(wp), intent(in) :: bulk, shear, volume(n_lanes), s(n_lanes, 3)
+  pure real(wp) function energy_of_lanes(bulk, shear, volume, normal, s) result(energy)
+    real(wp), intent(in) :: bulk, shear, volume(n_lanes)
+    real(wp), intent(in) :: normal(n_lanes), s(n_lanes, 3)   !! s: in the sheet, less `normal`
     real(wp) :: mean(n_lanes)
 
     mean = (s(:, 1) + s(:, 2))*(1.0_wp/3)
-    energy = sum(volume*(mean**2/(2.0_wp*bulk) &
+    energy = sum(volume*((mean + normal)**2/(2.0_wp*bulk) &
                          + (0.5_wp*((s(:, 1) - mean)**2 + (s(:, 2) - mean)**2 + mean**2) &
                             + s(:, 3)**2)/(2.0_wp*shear)))
   end function energy_of_lanes
@@ -246,6 +261,9 @@ contains
           place = place_of_point(self%patch, [qa, qb, qc])
           associate (s => self%patch%stress(at(2), place(1), :, place(2), at(1)))
             stress(:, qa, qb, qc) = s(1)*dyad(t1, t1) + s(2)*dyad(t2, t2) + s(3)*dyad(t1, t2)
+          end associate
+          associate (q => self%points%normal(at(2), :2, qb + self%rule(2)%n*(qa - 1), at(1)))
+            stress(:3, qa, qb, qc) = stress(:3, qa, qb, qc) + q(1) + self%rule(3)%points(qc)*q(2)
           end associate
           state(:, qa, qb, qc) = self%patch%state(at(2), place(1), :size(state, 1), place(2), at(1))
         end do
@@ -366,16 +384,19 @@ contains
   !! After evaluations without a look it is found at once.
   subroutine look_at_faces(self)
     class(shell_element_t), intent(inout) :: self
-    integer, parameter :: period = 16
 
     if (self%seen == self%patch%increment) return
     call find_normals(self%faces, self%motion%x)
     if (self%seen < self%patch%increment - 1) then
       self%thickness = thickness_of(self)
       self%thickening = 0.0_wp
+      self%push = 0.0_wp
     end if
-    if (mod(self%patch%increment, period) == 0) &
-      self%thickening = (thickness_of(self) - self%thickness)/period
+    if (mod(self%patch%increment, window) == 0) then
+      self%thickening = (thickness_of(self) - self%thickness)/window
+      call set_targets(self%patch, self%push, self%volume/self%thickness, self%points)
+      self%push = 0.0_wp
+    end if
     self%thickness = self%thickness + self%thickening
     self%seen = self%patch%increment
   end subroutine look_at_faces
@@ -423,6 +444,7 @@ contains
     if (self%is_own_face(side)) then
       call self%look_at_faces()
       call add_face_forces(self%faces, side, self%thickness, forces, self%motion%external_force)
+      call add_push(size(self%volume), side, self%faces%director, forces, self%push)
     else
       call self%solid_element_t%add_face_forces(side, forces)
     end if
@@ -493,10 +515,14 @@ contains
     call carry_field(store, "metric", size(self%points%metric), self%points%metric)
     call carry_field(store, "thickness", size(self%points%thickness), self%points%thickness)
     call carry_field(store, "through", size(self%points%through), self%points%through)
+    call carry_field(store, "normal", size(self%points%normal), self%points%normal)
+    call carry_field(store, "face_push", size(self%push), self%push)
     call carry_field(store, "face_thickness", size(self%thickness), self%thickness)
     call carry_field(store, "face_thickening", size(self%thickening), self%thickening)
     call carry(store, "faces_seen", self%seen)
-    if (store%is_taking) call find_normals(self%faces, self%motion%x)
+    if (.not. store%is_taking) return
+    call find_normals(self%faces, self%motion%x)
+    self%points%is_pressed = maxval(maxval(maxval(abs(self%points%normal), 1), 1), 1) > 0.0_wp
   end subroutine carry_shell
 
   pure function kernel_name(self) result(name)
@@ -512,7 +538,7 @@ contains
     n = self%solid_element_t%n_stored()
     associate (points => self%points)
       n = n + size(points%metric) + size(points%thickness) + size(points%through) &
-          + size(points%volume) + size(points%resultant)
+          + size(points%volume) + size(points%resultant) + size(points%normal)
       if (allocated(points%rational)) n = n + size(points%rational)
     end associate
   end function n_stored
