@@ -13,7 +13,7 @@ module anisotropic_plastic
   use plane_stress, only: plane_trial
   use return_problem, only: return_problem_t
   use yield_return, only: return_to_yield, return_in_stages
-  use tensor_rotation, only: rotate_axes, axes_rotation, axes_in_sheet
+  use tensor_rotation, only: rotate_axes, axes_rotation, axes_in_sheet, turn_in_plane
   use row_functions, only: are_numbers
   use voce, only: elastic_trial
   implicit none
@@ -114,13 +114,17 @@ contains
     real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(n)
-    real(wp) :: axis(n, 2), modes(n, 3), worst
-    logical :: is_flat
+    real(wp), parameter :: most_tilt = 1.0e-9_wp   ! sine of the angle to the normal
+    real(wp) :: axis(n, 2), modes(n, 3), left(n), worst, tilt
 
-    is_flat = self%is_hill
-    if (is_flat) call turn_axis(self, n, spin, state, axis, is_flat)
-    if (.not. is_flat) then
+    if (.not. self%is_hill) then
       call search_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+      return
+    end if
+    call turn_in_plane(n, self%axes, spin, state(:, 2:5), axis, tilt)
+    if (tilt > most_tilt**2) then
+      left = 0.0_wp
+      call search_plane(self, n, dt, dstrain, stress, state, through, ok, left)
       return
     end if
     call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
@@ -141,30 +145,6 @@ contains
 
     call axes_in_sheet(n, self%axes, frame, state(:, 2:5))
   end subroutine lay_in_sheet
-
-  !> Turn the axes of the material by the spin in the sheet, unless they leave it somewhere, and
-  !! give axis 1.
-  pure subroutine turn_axis(self, n, spin, state, axis, is_flat)
-    class(anisotropic_plastic_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: spin(n)
-    real(wp), intent(inout) :: state(n, self%n_state)
-    real(wp), intent(out) :: axis(n, 2)
-    logical, intent(out) :: is_flat
-    real(wp), parameter :: most_tilt = 1.0e-9_wp   ! sine of the angle to the normal
-    real(wp) :: axes(n, 4), rotation(n, 9), turn(n, 3)
-
-    axes = state(:, 2:5)
-    if (.not. sum(abs(spin)) <= 0.0_wp) then
-      turn = 0.0_wp
-      turn(:, 1) = spin
-      call rotate_axes(n, turn, axes)
-    end if
-    call axes_rotation(n, self%axes, axes, rotation)
-    is_flat = .not. sum(rotation(:, 7)**2 + rotation(:, 8)**2) > most_tilt**2
-    axis = rotation(:, :2)
-    if (is_flat) state(:, 2:5) = axes
-  end subroutine turn_axis
 
   !> Add the von Mises stress of each back stress.
   pure subroutine add_back_norms(self, n, state, mises)

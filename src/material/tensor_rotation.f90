@@ -11,7 +11,7 @@ module tensor_rotation
   private
 
   public :: rotate_by_spin, turn_to_end, rotate_tensors, transposed
-  public :: axes_from_points, rotate_axes, axes_rotation, axes_in_sheet
+  public :: axes_from_points, rotate_axes, axes_rotation, axes_in_sheet, turn_in_plane
 
 contains
 
@@ -222,6 +222,52 @@ contains
       quaternion(l, 4) = scaling*q3
     end do
   end subroutine rotate_axes
+
+  !> `rotate_axes` about axis 3 of the frame alone, with axis 1 of the material in the plane across
+  !! it and the largest square of what axis 3 of the material has in that plane.
+  pure subroutine turn_in_plane(n, axes, spin, quaternion, axis, tilt)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: axes(3, 3)             !! at the start, as columns
+    real(wp), intent(in) :: spin(n)                !! increment 12
+    real(wp), intent(inout) :: quaternion(n, 4)    !! quaternion less (1, 0, 0, 0)
+    real(wp), intent(out) :: axis(n, 2), tilt
+    real(wp) :: a, b1, b2, b3, h, w, v1, v2, v3, scaling, r, r11, r12, r21, r22, r31, r32
+    integer :: l
+
+    tilt = 0.0_wp
+    !$omp simd private(a, b1, b2, b3, h, w, v1, v2, v3, scaling, r, r11, r12, r21, r22, r31, &
+    !$omp r32) reduction(max:tilt)
+    do l = 1, n
+      h = -0.5_wp*spin(l)
+      a = 1.0_wp + quaternion(l, 1)
+      b1 = quaternion(l, 2); b2 = quaternion(l, 3); b3 = quaternion(l, 4)
+      w = a - h*b3
+      v1 = b1 - h*b2
+      v2 = b2 + h*b1
+      v3 = b3 + a*h
+      ! Over the length, by a series: it is one but for h^2/2, and what is left goes in the next turns.
+      r = w*w + v1*v1 + v2*v2 + v3*v3 - 1.0_wp
+      scaling = 1.0_wp - r*(0.5_wp - r*(0.375_wp - 0.3125_wp*r))
+      ! No spin changes no bit.
+      if (.not. abs(h) > 0.0_wp) scaling = 1.0_wp
+      w = scaling*w; v1 = scaling*v1; v2 = scaling*v2; v3 = scaling*v3
+      if (abs(h) > 0.0_wp) quaternion(l, 1) = w - 1.0_wp
+      quaternion(l, 2) = v1
+      quaternion(l, 3) = v2
+      quaternion(l, 4) = v3
+      r11 = 1.0_wp - 2.0_wp*(v2*v2 + v3*v3)
+      r12 = 2.0_wp*(v1*v2 + w*v3)
+      r21 = 2.0_wp*(v1*v2 - w*v3)
+      r22 = 1.0_wp - 2.0_wp*(v3*v3 + v1*v1)
+      r31 = 2.0_wp*(v1*v3 + w*v2)
+      r32 = 2.0_wp*(v2*v3 - w*v1)
+      axis(l, 1) = r11*axes(1, 1) + r21*axes(2, 1) + r31*axes(3, 1)
+      axis(l, 2) = r12*axes(1, 1) + r22*axes(2, 1) + r32*axes(3, 1)
+      a = r11*axes(1, 3) + r21*axes(2, 3) + r31*axes(3, 3)
+      b1 = r12*axes(1, 3) + r22*axes(2, 3) + r32*axes(3, 3)
+      tilt = max(tilt, a*a + b1*b1)
+    end do
+  end subroutine turn_in_plane
 
   !> Rotation of a row from space into the axes of the material: entry (i, j), the component j of
   !! axis i, at 3 (i - 1) + j.

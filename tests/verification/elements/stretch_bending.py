@@ -1,12 +1,12 @@
 """A strip stretched over a cylinder: shells against solids on the same deck.
 
-The force and the strain between the faces must agree. A shell has no stress through the thickness;
-the pressure of the cylinder makes a solid thin more there, by about thickness over radius.
+The force, the strain between the faces and the thinning must agree. The pressure of the cylinder
+makes the sheet thin more there: without it a shell would thin by 0.14 t/R less.
 """
 import numpy as np
 from suite import Case
 
-LIMIT = 0.25     # of the difference in thinning, over thickness/radius
+LIMIT = 0.03     # of the difference in thinning, over thickness/radius
 
 
 def at_top(run):
@@ -36,7 +36,7 @@ def main():
         case.error(f"force on the cylinder [N], R = {radius} t", shell[0], solid[0], 0.005)
         case.error(f"strain between the faces, R = {radius} t", shell[1], solid[1], 0.08)
         case.between(f"thinning of the solid less that of the shell, R = {radius} t",
-                     solid[2] - shell[2], 0.0, LIMIT / radius)
+                     solid[2] - shell[2], -LIMIT / radius, LIMIT / radius)
     case.panel("x at the start [mm]", "major strain of the outer face", lines)
     case.finish()
 
