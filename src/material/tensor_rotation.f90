@@ -245,7 +245,7 @@ contains
       v1 = b1 - h*b2
       v2 = b2 + h*b1
       v3 = b3 + a*h
-      ! Over the length, by a series: it is one but for h^2/2, and what is left goes in the next turns.
+      ! Over the length, one but for h^2/2, by a series; what is left goes in the next turns.
       r = w*w + v1*v1 + v2*v2 + v3*v3 - 1.0_wp
       scaling = 1.0_wp - r*(0.5_wp - r*(0.375_wp - 0.3125_wp*r))
       ! No spin changes no bit.
