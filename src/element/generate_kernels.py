@@ -49,8 +49,7 @@ SHELL_RATIONAL = ["points%rational(1, 1, 1, block%number)"]
 SHELL_STATE = ["points%metric(1, 1, 1, block%number)", "points%thickness(1, 1, block%number)",
                "points%through(1, 1, 1, block%number)",
                "points%resultant(1, 1, 1, block%number)",
-               "points%is_pressed(block%number)", "points%share",
-               "points%normal(1, 1, 1, block%number)", *STATE]
+               "is_pressed", "push", "points%normal(1, 1, 1, block%number)", *STATE]
 
 
 @dataclasses.dataclass

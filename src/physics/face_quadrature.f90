@@ -155,7 +155,7 @@ contains
         f = 0.0_wp
         call block_face_forces(rule, b, e, p(1), p(2), is_on, u, traction, push, f)
         if (allocated(rule%rational)) call weigh_block(size(f, 1), 3, w, f)
-        call add_block(p, [1, 1], [n(1), p(2) + 1], 1, [1, p(2) + 1], lanes%is_contiguous(b), &
+        call add_block(p, 3, [1, 1], [n(1), p(2) + 1], 1, [1, p(2) + 1], lanes%is_contiguous(b), &
                        lanes%first(:, b), 1, 1, f, row)
       end do
     end associate

@@ -22,7 +22,8 @@ module shell_element
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces
   use shell_forces, only: forces_of_shell, shell_kernel_name
-  use shell_pressure, only: window, add_push, share_of_window, set_targets, release
+  use through_thickness, only: through_fields_t, new_through_fields, add_push, take_pushes, &
+                               thickness_now
   implicit none
   private
 
@@ -36,11 +37,8 @@ module shell_element
     integer :: seen = -2                    !! force evaluations before that look, -2: none yet
     !> At the control points when it was last looked at, see `look_at_faces`, (n1, n2) [length].
     real(wp), allocatable :: thickness(:, :)
-    real(wp), allocatable :: thickening(:, :)          !! of it, in each look until the next one
     real(wp), allocatable :: start_faces(:, :, :, :)   !! control points of both at the start
-    real(wp), allocatable :: volume(:, :)              !! of the control points at the start
-    !> Forces that press on faces 5 and 6, summed since a window of increments began, (n1, n2, 5:6).
-    real(wp), allocatable :: push(:, :, :)
+    type(through_fields_t) :: through
   contains
     procedure :: forces
     procedure :: trial_forces
@@ -92,11 +90,9 @@ contains
     call new_shell_faces(element%faces, element%grid%axes(:2), element%grid%weights(:, :, 1))
     associate (mass => new_lumped_mass(sheet, law%density))
       allocate (element%mass, source=reshape(sum(mass, 3), shape(element%grid%weights)))
-      element%volume = sum(mass, 3)/law%density
+      call new_through_fields(element%patch, sum(mass, 3)/law%density, element%through)
     end associate
-    allocate (element%push(size(element%volume, 1), size(element%volume, 2), 5:6), source=0.0_wp)
     element%thickness = thickness_of(element)
-    allocate (element%thickening, source=0.0_wp*element%thickness)
     associate (motion => element%motion)
       allocate (motion%x, source=element%grid%points)
       allocate (motion%v, motion%internal_force, motion%external_force, mold=motion%x)
@@ -117,10 +113,11 @@ contains
     type(force_report_t), intent(out) :: report
 
     self%patch%n_before = self%n_before
-    if (self%seen /= self%patch%increment) call release(self%points)
-    self%points%share = share_of_window(self%patch%increment)
-    call forces_of_shell(self%patch, self%points, self%buffers, law, dt, self%motion%x, &
-                         self%motion%internal_force, report)
+    self%through%is_watched = self%seen == self%patch%increment
+    if (self%through%is_watched) call take_pushes(self%through, self%thickness)
+    self%through%is_pressed = self%through%is_pressed .and. self%through%is_watched
+    call forces_of_shell(self%patch, self%points, self%buffers, self%through, law, dt, &
+                         self%motion%x, self%motion%internal_force, report)
   end subroutine forces
 
   !> At the end of the motion that the velocities make from here.
@@ -140,7 +137,7 @@ contains
     push = self%patch%push
     time = self%patch%time
     increment = self%patch%increment
-    call forces_of_shell(self%patch, self%points, self%buffers, law, dt, &
+    call forces_of_shell(self%patch, self%points, self%buffers, self%through, law, dt, &
                          self%motion%x + dt*self%motion%v, self%motion%internal_force, report)
     self%points = points
     call move_alloc(stress, self%patch%stress)
@@ -157,7 +154,7 @@ contains
     self%points%resultant = 0.0_wp
     self%points%normal = 0.0_wp
     self%points%is_pressed = .false.
-    self%push = 0.0_wp
+    self%through%push = 0.0_wp
   end subroutine drop_state
 
   !> The element on its own span, with its share of the mass.
@@ -379,9 +376,7 @@ contains
     surface = solid_face(self%body(), side)
   end function surface
 
-  !> Normals of the shape that the last evaluation of the forces took. The thickness is found in
-  !! every sixteenth of them and reached in equal parts by the next one: jumps would strike tools.
-  !! After evaluations without a look it is found at once.
+  !> Normals and thickness of the shape that the last evaluation of the forces took.
   subroutine look_at_faces(self)
     class(shell_element_t), intent(inout) :: self
 
@@ -389,15 +384,10 @@ contains
     call find_normals(self%faces, self%motion%x)
     if (self%seen < self%patch%increment - 1) then
       self%thickness = thickness_of(self)
-      self%thickening = 0.0_wp
-      self%push = 0.0_wp
+      self%through%push = 0.0_wp
+    else
+      self%thickness = self%through%thickness(:, :, 1, 1)/self%through%unit
     end if
-    if (mod(self%patch%increment, window) == 0) then
-      self%thickening = (thickness_of(self) - self%thickness)/window
-      call set_targets(self%patch, self%push, self%volume/self%thickness, self%points)
-      self%push = 0.0_wp
-    end if
-    self%thickness = self%thickness + self%thickening
     self%seen = self%patch%increment
   end subroutine look_at_faces
 
@@ -444,53 +434,18 @@ contains
     if (self%is_own_face(side)) then
       call self%look_at_faces()
       call add_face_forces(self%faces, side, self%thickness, forces, self%motion%external_force)
-      call add_push(size(self%volume), side, self%faces%director, forces, self%push)
+      call add_push(size(self%thickness), side, self%faces%director, forces, self%through%push)
     else
       call self%solid_element_t%add_face_forces(side, forces)
     end if
   end subroutine add_forces_to_side
 
-  !> Thickness at the control points now: the mean of that of the points around, each as it weighs
-  !! in the basis function.
-  pure function thickness_of(self) result(thickness)
+  !> Thickness at the control points now.
+  function thickness_of(self) result(thickness)
     class(shell_element_t), intent(in) :: self
     real(wp) :: thickness(size(self%mass, 1), size(self%mass, 2))
-    real(wp) :: line(size(self%mass, 1), self%rule(2)%n), share1(size(self%mass, 1))
-    real(wp) :: share2(size(self%mass, 2)), share
-    integer :: e1, e2, qa, qb, i, at(2), first
 
-    thickness = 0.0_wp
-    share2 = 0.0_wp
-    associate (one => self%patch%axes(1), two => self%patch%axes(2))
-      do e2 = 1, two%n_elements
-        line = 0.0_wp
-        share1 = 0.0_wp
-        do e1 = 1, one%n_elements
-          at = lane_of_element(self%patch, [e1, e2, 1])
-          first = one%first(e1)
-          do qa = 1, one%n_points
-            associate (n => one%weights(qa)*one%values(:, qa, e1))
-              share1(first:first + one%degree) = share1(first:first + one%degree) + n
-              do qb = 1, two%n_points
-                line(first:first + one%degree, qb) = line(first:first + one%degree, qb) &
-                  + n*self%points%thickness(at(2), qb + two%n_points*(qa - 1), at(1))
-              end do
-            end associate
-          end do
-        end do
-        do qb = 1, two%n_points
-          do i = 1, two%degree + 1
-            share = two%weights(qb)*two%values(i, qb, e2)
-            share2(two%first(e2) + i - 1) = share2(two%first(e2) + i - 1) + share
-            thickness(:, two%first(e2) + i - 1) = thickness(:, two%first(e2) + i - 1) &
-                                                  + share*line(:, qb)/share1
-          end do
-        end do
-      end do
-    end associate
-    do i = 1, size(share2)
-      thickness(:, i) = thickness(:, i)/share2(i)
-    end do
+    thickness = thickness_now(self%patch, self%points%thickness, self%through)
   end function thickness_of
 
   subroutine describe(self, lines)
@@ -516,9 +471,8 @@ contains
     call carry_field(store, "thickness", size(self%points%thickness), self%points%thickness)
     call carry_field(store, "through", size(self%points%through), self%points%through)
     call carry_field(store, "normal", size(self%points%normal), self%points%normal)
-    call carry_field(store, "face_push", size(self%push), self%push)
+    call carry_field(store, "push_on_faces", size(self%through%push), self%through%push)
     call carry_field(store, "face_thickness", size(self%thickness), self%thickness)
-    call carry_field(store, "face_thickening", size(self%thickening), self%thickening)
     call carry(store, "faces_seen", self%seen)
     if (.not. store%is_taking) return
     call find_normals(self%faces, self%motion%x)

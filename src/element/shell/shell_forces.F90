@@ -10,6 +10,7 @@ module shell_forces
   use kernel_dispatch, only: instance_of
   use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
                           finish_evaluation
+  use through_thickness, only: through_fields_t, normal_at_points, add_thickness
 #include "kl_shell_uses.inc"
 #include "kl_metric_uses.inc"
   implicit none
@@ -46,10 +47,11 @@ contains
   end function shell_kernel_name
 
   !> Stress update and internal forces at positions x; arguments as of `internal_forces`.
-  subroutine forces_of_shell(patch, points, buffers, law, dt, x, force, report)
+  subroutine forces_of_shell(patch, points, buffers, fields, law, dt, x, force, report)
     type(solid_patch_t), intent(inout) :: patch
     type(shell_points_t), intent(inout) :: points
     type(tile_buffer_t), intent(inout) :: buffers(:)
+    type(through_fields_t), intent(inout) :: fields
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt
     real(wp), intent(in), contiguous :: x(:, :, :, :)
@@ -61,56 +63,72 @@ contains
     !$omp parallel default(shared) private(t) if (.not. law%is_serial)
     !$omp do schedule(static)
     do t = 1, size(buffers)
-      call forces_of_tile(patch, points, law, patch%tiles(t), dt, x, force, buffers(t)%force, &
+      call forces_of_tile(patch, points, fields, law, t, dt, x, force, buffers(t)%force, &
                           reports(t))
     end do
     !$omp end do
     call add_tiles(patch, buffers, force)
+    if (fields%is_watched) call add_tiles(patch, fields%buffers, fields%thickness)
     !$omp end parallel
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_of_shell
 
   !> The blocks of one tile.
-  subroutine forces_of_tile(patch, points, law, tile, dt, x, force, border, report)
+  subroutine forces_of_tile(patch, points, fields, law, number, dt, x, force, border, report)
     type(solid_patch_t), intent(inout) :: patch
     type(shell_points_t), intent(inout) :: points
+    type(through_fields_t), intent(inout) :: fields
     class(block_law_t), intent(in) :: law
-    type(tile_t), intent(in) :: tile
+    integer, intent(in) :: number             !! of the tile
     real(wp), intent(in) :: dt
     real(wp), intent(in), contiguous :: x(:, :, :, :)
     real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
     type(force_report_t), intent(out) :: report
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
+    real(wp) :: push(n_lanes, 2, size(points%normal, 3))
     type(block_t) :: block
+    type(tile_t) :: tile
     integer :: i
     logical :: ok
 
+    tile = patch%tiles(number)
     call clear_rows(tile, force, border)
+    if (fields%is_watched) call clear_rows(tile, fields%thickness, fields%buffers(number)%force)
+    push = 0.0_wp
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       call gather_motion(patch, block, dt, x, x, u, w)
-      call run_shell(patch, points, law, block, dt, u, f, sums, ok)
+      if (fields%is_pressed) call normal_at_points(patch, block, fields%normal, push)
+      call run_shell(patch, points, law, block, dt, push, u, f, sums, ok)
       call add_forces(patch, tile, block, w, f, force, border)
+      if (fields%is_watched) call add_thickness(patch, tile, block, &
+                                                points%thickness(:, :, block%number), &
+                                                fields%thickness, fields%buffers(number)%force)
       call add_report(report, sums, ok, block)
     end do
   end subroutine forces_of_tile
 
   !> Stress update and forces of a block.
-  subroutine run_shell(patch, points, law, block, dt, u, f, sums, ok)
+  subroutine run_shell(patch, points, law, block, dt, push, u, f, sums, ok)
     type(solid_patch_t), intent(inout) :: patch
     type(shell_points_t), intent(inout) :: points
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
+    real(wp), intent(in) :: push(:, :, :)      !! normal stress of the end, (8, 2, q1*q2)
     real(wp), intent(in) :: u(*)
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
     logical, intent(out) :: ok
     real(wp) :: viscous(n_lanes, 2)
     integer :: p(3), q(3)
+    logical :: is_pressed, stays
 
     viscous = viscous_factors(patch%viscosity, block%number, dt)
+    stays = any(abs(push) > 0.0_wp)
+    is_pressed = stays .or. points%is_pressed(block%number)
+    points%is_pressed(block%number) = stays
     p = patch%axes%degree
     q = patch%axes%n_points
     select case (points%kernel)

@@ -79,7 +79,7 @@ contains
     allocate (points%metric(n_lanes, 6, n, patch%n_blocks))
     allocate (points%resultant(n_lanes, 6, n, patch%n_blocks), source=0.0_wp)
     allocate (points%thickness(n_lanes, n, patch%n_blocks))
-    allocate (points%normal(n_lanes, 4, n, patch%n_blocks), source=0.0_wp)
+    allocate (points%normal(n_lanes, 2, n, patch%n_blocks), source=0.0_wp)
     allocate (points%is_pressed(patch%n_blocks), source=.false.)
     if (patch%is_rational) call set_rational(patch, points)
     call set_metric(patch, points, middle%points)

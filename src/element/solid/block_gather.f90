@@ -80,23 +80,23 @@ contains
 
   !> Add the block back, lane after lane where control points are shared: `lower` and `upper` bound
   !! the part of axes 1 and 2 that `field` covers, `rows` the functions along axis 2 that are added.
-  pure subroutine add_block(p, lower, upper, n3, rows, is_contiguous, first, first2, first3, f, &
-                            field)
-    integer, intent(in) :: p(3), lower(2), upper(2), n3, rows(2)
+  pure subroutine add_block(p, n_fields, lower, upper, n3, rows, is_contiguous, first, first2, &
+                            first3, f, field)
+    integer, intent(in) :: p(3), n_fields, lower(2), upper(2), n3, rows(2)
     logical, intent(in) :: is_contiguous
     integer, intent(in) :: first(8), first2, first3
-    real(wp), intent(in) :: f(8, p(1) + 1, p(2) + 1, p(3) + 1, 3)
-    real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), n3, 3)
+    real(wp), intent(in) :: f(8, p(1) + 1, p(2) + 1, p(3) + 1, n_fields)
+    real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), n3, n_fields)
     integer :: a, j, k, c, l, i, m2, m3
 
-    if (is_contiguous .and. all(p == 2)) then
+    if (is_contiguous .and. n_fields == 3 .and. all(p == 2)) then
       call add_quadratic(lower, upper, n3, rows, first(1), first2, first3, f, field)
     else if (is_contiguous) then
       ! Axis 1 outermost: the next function along it would read what has just been stored,
       ! shifted by one, which stalls. So it is below.
       do a = 1, p(1) + 1
         i = first(1) + a - 2
-        do c = 1, 3
+        do c = 1, n_fields
           do k = 1, p(3) + 1
             m3 = first3 + k - 1
             do j = rows(1), rows(2)
@@ -110,7 +110,7 @@ contains
         end do
       end do
     else
-      do c = 1, 3
+      do c = 1, n_fields
         do k = 1, p(3) + 1
           m3 = first3 + k - 1
           do j = rows(1), rows(2)

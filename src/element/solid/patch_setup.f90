@@ -171,17 +171,20 @@ contains
   end function new_tiles
 
   !> Force buffers of all tiles, for the rows that they do not own.
-  pure function new_tile_buffers(patch) result(buffers)
+  pure function new_tile_buffers(patch, n_fields) result(buffers)
     type(solid_patch_t), intent(in) :: patch
+    integer, intent(in), optional :: n_fields     !! without it 3, those of forces
     type(tile_buffer_t), allocatable :: buffers(:)
-    integer :: t
+    integer :: t, n
 
+    n = 3
+    if (present(n_fields)) n = n_fields
     allocate (buffers(size(patch%tiles)))
     do t = 1, size(buffers)
       associate (tile => patch%tiles(t))
         allocate (buffers(t)%force(tile%control_first(1):tile%control_last(1), &
                                    tile%own_last + 1:tile%control_last(2), &
-                                   patch%n_control(3), 3), source=0.0_wp)
+                                   patch%n_control(3), n), source=0.0_wp)
       end associate
     end do
   end function new_tile_buffers

@@ -12,7 +12,7 @@ module solid_forces
   private
 
   public :: internal_forces, add_tiles, finish_evaluation
-  public :: gather_motion, gather_weights, add_forces, clear_rows, add_report
+  public :: gather_motion, gather_weights, gather_field, add_forces, clear_rows, add_report
 
 contains
 
@@ -58,7 +58,7 @@ contains
       do t = 1, size(buffers)
         associate (low => patch%tiles(t)%control_first, high => patch%tiles(t)%control_last)
           if (j <= patch%tiles(t)%own_last .or. j < low(2) .or. j > high(2)) cycle
-          do c = 1, 3
+          do c = 1, size(force, 4)
             do k = 1, patch%n_control(3)
               force(low(1):high(1), j, k, c) = force(low(1):high(1), j, k, c) &
                                                + buffers(t)%force(:, j, k, c)
@@ -160,17 +160,17 @@ contains
                       patch%axes(3)%first(block%e3), factor, field, u)
   end subroutine gather_field
 
-  !> Add the forces of a block, which come without weights, to those of its tile.
+  !> Add the forces of a block, or other fields, to those of its tile.
   subroutine add_forces(patch, tile, block, w, f, force, border)
     type(solid_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
     type(block_t), intent(in) :: block
-    real(wp), intent(in) :: w(:)           !! the weights of a rational patch
+    real(wp), intent(in) :: w(:)           !! weights to multiply by, where there are any
     real(wp), intent(inout) :: f(:, :)
     real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
     integer :: p(3), first(n_lanes), i2, i3, n_rows, n_own
 
-    if (patch%is_rational) call weigh_block(size(f, 1), 3, w, f)
+    if (size(w) > 0) call weigh_block(size(f, 1), size(f, 2), w, f)
     p = patch%axes%degree
     first = patch%lanes%first(:, block%b)
     i2 = patch%axes(2)%first(block%e2)
@@ -178,11 +178,12 @@ contains
     n_rows = p(2) + 1
     n_own = min(n_rows, tile%own_last - i2 + 1)
     associate (is_contiguous => patch%lanes%is_contiguous(block%b), n => patch%n_control)
-      if (n_own > 0) call add_block(p, [1, 1], n(:2), n(3), [1, n_own], is_contiguous, first, i2, &
-                                    i3, f, force)
+      if (n_own > 0) call add_block(p, size(f, 2), [1, 1], n(:2), n(3), [1, n_own], &
+                                    is_contiguous, first, i2, i3, f, force)
       if (n_own < n_rows) &
-        call add_block(p, [tile%control_first(1), tile%own_last + 1], tile%control_last, n(3), &
-                       [max(1, n_own + 1), n_rows], is_contiguous, first, i2, i3, f, border)
+        call add_block(p, size(f, 2), [tile%control_first(1), tile%own_last + 1], &
+                       tile%control_last, n(3), [max(1, n_own + 1), n_rows], is_contiguous, &
+                       first, i2, i3, f, border)
     end associate
   end subroutine add_forces
 

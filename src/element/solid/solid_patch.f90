@@ -104,11 +104,10 @@ module solid_patch
     !> Forces and moments per length over the thickness, in the frame of the points as mean, half
     !! difference and shear, (8, 6, q1*q2, n_blocks).
     real(wp), allocatable :: resultant(:, :, :, :)
-    !> Normal stress through the thickness, now (1, 2) and by the end of a window of increments (3,
-    !! 4): mean, and half of face 6 less face 5, (8, 4, q1*q2, n_blocks) [stress].
+    !> Normal stress through the thickness: mean of both faces and half of face 6 less face 5, (8,
+    !! 2, q1*q2, n_blocks) [stress].
     real(wp), allocatable :: normal(:, :, :, :)
     logical, allocatable :: is_pressed(:)             !! blocks with such a stress
-    real(wp) :: share = 1.0_wp                        !! of the way to it in this increment
     !> 1/W and W,1 W,2 W,11 W,22 W,12 over W, (8, 6, q1*q2, n_blocks); rational only.
     real(wp), allocatable :: rational(:, :, :, :)
   end type shell_points_t

@@ -1,0 +1,178 @@
+!> What passes between the faces of a shell and its integration points: normal stress from the
+!! forces that press on the faces, thickness back to them.
+!!
+!! Plane stress leaves out what a tool does to a sheet that it bends: stress across the thickness,
+!! which lets the sheet yield at less tension. It is linear between the faces, minus the pressure on
+!! each, of the forces of the increment before: at a control point the force over its area. The
+!! thickness of a control point is the mean of that of the integration points around. Both go with
+!! the basis functions, and in every increment: a sheet that is squeezed between tools would swing
+!! with any delay.
+module through_thickness
+  use kinds, only: wp
+  use basis_tables, only: n_lanes
+  use solid_patch, only: solid_patch_t, tile_buffer_t, block_t, block_at, tile_t
+  use patch_setup, only: new_tile_buffers
+  use solid_forces, only: gather_field, add_forces, clear_rows
+  implicit none
+  private
+
+  public :: new_through_fields, add_push, take_pushes, normal_at_points, add_thickness, &
+            thickness_now
+
+  !> Fields on the control points, as those of a patch with one control point across.
+  type, public :: through_fields_t
+    logical :: is_watched = .false.             !! somebody asks for the thickness
+    logical :: is_pressed = .false.             !! the normal stress is not zero
+    real(wp), allocatable :: volume(:, :)       !! of the control points at the start
+    real(wp), allocatable :: push(:, :, :)      !! forces that press on faces 5, 6, (n1, n2, 5:6)
+    !> Normal stress, mean of both faces and half of face 6 less face 5, (n1, n2, 1, 2).
+    real(wp), allocatable :: normal(:, :, :, :)
+    real(wp), allocatable :: thickness(:, :, :, :)     !! sum over the points around, (n1, n2, 1, 1)
+    real(wp), allocatable :: unit(:, :)                !! such a sum of a thickness of one
+    type(tile_buffer_t), allocatable :: buffers(:)     !! of the sums
+  end type through_fields_t
+
+contains
+
+  !> No stress; `volume` has shape (n1, n2).
+  subroutine new_through_fields(patch, volume, fields)
+    type(solid_patch_t), intent(in) :: patch
+    real(wp), intent(in) :: volume(:, :)
+    type(through_fields_t), intent(out) :: fields
+    real(wp), allocatable :: one(:, :, :)
+    integer :: n(2)
+
+    n = shape(volume)
+    fields%volume = volume
+    allocate (fields%push(n(1), n(2), 5:6), fields%normal(n(1), n(2), 1, 2), &
+              fields%thickness(n(1), n(2), 1, 1), source=0.0_wp)
+    allocate (fields%unit(n(1), n(2)), source=1.0_wp)
+    fields%buffers = new_tile_buffers(patch, 1)
+    allocate (one(n_lanes, patch%together, patch%n_blocks), source=1.0_wp)
+    fields%unit = thickness_now(patch, one, fields)
+  end subroutine new_through_fields
+
+  !> Thickness at the control points.
+  function thickness_now(patch, h, fields) result(thickness)
+    type(solid_patch_t), intent(in) :: patch
+    real(wp), intent(in) :: h(:, :, :)                !! at the points, (8, q1*q2, n_blocks)
+    type(through_fields_t), intent(in) :: fields
+    real(wp) :: thickness(size(fields%unit, 1), size(fields%unit, 2))
+    real(wp), allocatable :: sums(:, :, :, :), nothing(:, :, :, :)
+    type(tile_t) :: whole
+    integer :: b
+
+    allocate (sums, mold=fields%thickness)
+    allocate (nothing(0, 0, 0, 1))
+    sums = 0.0_wp
+    whole%control_last = patch%n_control(:2)
+    whole%own_last = patch%n_control(2)
+    do b = 1, patch%n_blocks
+      call add_thickness(patch, whole, block_at(patch, b), h(:, :, b), sums, nothing)
+    end do
+    thickness = sums(:, :, 1, 1)/fields%unit
+  end function thickness_now
+
+  !> Add what forces on a face press towards the mid-surface, by control point.
+  pure subroutine add_push(n, side, director, forces, push)
+    integer, intent(in) :: n                                   !! control points
+    integer, intent(in) :: side                                !! 5 or 6
+    real(wp), intent(in) :: director(n, 3), forces(n, 3)       !! [-], [force]
+    real(wp), intent(inout) :: push(n, 5:6)                    !! sums by side [force]
+
+    push(:, side) = push(:, side) + merge(-1.0_wp, 1.0_wp, side == 6) &
+      *(forces(:, 1)*director(:, 1) + forces(:, 2)*director(:, 2) + forces(:, 3)*director(:, 3))
+  end subroutine add_push
+
+  !> The normal stress of the pushes so far; the next ones begin from none.
+  pure subroutine take_pushes(fields, thickness)
+    type(through_fields_t), intent(inout) :: fields
+    real(wp), intent(in) :: thickness(:, :)       !! of the control points [length]
+
+    fields%is_pressed = any(abs(fields%push) > 0.0_wp)
+    if (.not. fields%is_pressed) return
+    associate (push => fields%push, volume => fields%volume)
+      fields%normal(:, :, 1, 1) = -0.5_wp*(push(:, :, 6) + push(:, :, 5))*thickness/volume
+      fields%normal(:, :, 1, 2) = -0.5_wp*(push(:, :, 6) - push(:, :, 5))*thickness/volume
+    end associate
+    fields%push = 0.0_wp
+  end subroutine take_pushes
+
+  !> Normal stress at the integration points of a block.
+  subroutine normal_at_points(patch, block, normal, values)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: normal(:, :, :, :)     !! of the control points
+    real(wp), intent(out) :: values(:, :, :)       !! shape (8, 2, q1*q2)
+    real(wp) :: u(n_lanes*product(patch%axes%degree + 1)*2)
+
+    call gather_field(patch, block, 2, 1.0_wp, normal, u)
+    call blend(patch%axes(1)%degree, patch%axes(2)%degree, patch%axes(1)%n_points, &
+               patch%axes(2)%n_points, patch%lanes%values(:, :, :, block%b), &
+               patch%axes(2)%values(:, :, block%e2), u, values)
+  end subroutine normal_at_points
+
+  pure subroutine blend(p1, p2, q1, q2, n1, n2, u, values)
+    integer, intent(in) :: p1, p2, q1, q2
+    real(wp), intent(in) :: n1(8, p1 + 1, q1), n2(p2 + 1, q2), u(8, p1 + 1, p2 + 1, 2)
+    real(wp), intent(out) :: values(8, 2, q2*q1)
+    real(wp) :: line(8, p2 + 1)
+    integer :: c, qa, qb, i, j
+
+    do c = 1, 2
+      do qa = 1, q1
+        line = 0.0_wp
+        do j = 1, p2 + 1
+          do i = 1, p1 + 1
+            line(:, j) = line(:, j) + n1(:, i, qa)*u(:, i, j, c)
+          end do
+        end do
+        do qb = 1, q2
+          values(:, c, qb + q2*(qa - 1)) = 0.0_wp
+          do j = 1, p2 + 1
+            values(:, c, qb + q2*(qa - 1)) = values(:, c, qb + q2*(qa - 1)) + n2(j, qb)*line(:, j)
+          end do
+        end do
+      end do
+    end do
+  end subroutine blend
+
+  !> Add the thickness of the points of a block to the sums of its control points.
+  subroutine add_thickness(patch, tile, block, h, thickness, border)
+    type(solid_patch_t), intent(in) :: patch
+    type(tile_t), intent(in) :: tile
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: h(:, :)                !! of the points, shape (8, q1*q2) [length]
+    real(wp), intent(inout), contiguous :: thickness(:, :, :, :), border(:, :, :, :)
+    real(wp) :: f(n_lanes*product(patch%axes%degree + 1), 1), no_weights(0)
+
+    call collect(patch%axes(1)%degree, patch%axes(2)%degree, patch%axes(1)%n_points, &
+                 patch%axes(2)%n_points, patch%lanes%values(:, :, :, block%b), &
+                 patch%axes(2)%values(:, :, block%e2), patch%lanes%weights(:, :, block%b), &
+                 patch%axes(2)%weights, h, f)
+    call add_forces(patch, tile, block, no_weights, f, thickness, border)
+  end subroutine add_thickness
+
+  pure subroutine collect(p1, p2, q1, q2, n1, n2, w1, w2, h, f)
+    integer, intent(in) :: p1, p2, q1, q2
+    real(wp), intent(in) :: n1(8, p1 + 1, q1), n2(p2 + 1, q2), w1(8, q1), w2(q2), h(8, q2*q1)
+    real(wp), intent(out) :: f(8, p1 + 1, p2 + 1)
+    real(wp) :: line(8)
+    integer :: qa, qb, i, j
+
+    f = 0.0_wp
+    do qa = 1, q1
+      do j = 1, p2 + 1
+        line = 0.0_wp
+        do qb = 1, q2
+          line = line + (w2(qb)*n2(j, qb))*h(:, qb + q2*(qa - 1))
+        end do
+        line = line*w1(:, qa)
+        do i = 1, p1 + 1
+          f(:, i, j) = f(:, i, j) + n1(:, i, qa)*line
+        end do
+      end do
+    end do
+  end subroutine collect
+
+end module through_thickness
