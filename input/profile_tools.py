@@ -1,4 +1,4 @@
-"""Tools whose profile runs around an outline: what the scripts of square_box and panel share."""
+"""Tools whose profile runs along an outline: what the scripts of the decks share."""
 import csv
 import os
 
@@ -9,7 +9,7 @@ def surface(outline, half, corner, profile):
     """Rows of x, y, z, w; the profile is axis 1 and runs fastest.
 
     `outline(half, corner, d)` gives the control points (x, y, w) at the distance d outside of the
-    wall. The last number of the profile's points shrinks the outline towards the axis.
+    wall, or of the middle line of a rail. The last number of the profile's points shrinks the outline towards the axis.
     """
     paths = []
     for d, z, w, shrink in profile:

@@ -91,6 +91,24 @@ def square_box(folder):
     between("largest thickening", -thinning.min(), 0, 0.34)
 
 
+def s_rail(folder):
+    """Draw-in of a coarse rail, alike after half a turn about z; force of the holder, thinning."""
+    results = run(folder, ("--threads", "1"), size=10.5, depth=12, speed=4500, holder=20000,
+                  frames=2)
+    outline = Outline(results)
+    angles = (45, 90, 135, 225, 270, 315)
+    drawn = np.subtract(outline.radii(outline.at(None), angles),
+                        outline.radii(outline.at(len(results.times) - 1), angles))
+    for angle, value, low, high in zip(angles, drawn, (8.2, 5.2, 10.2), (9.2, 6, 11.3)):
+        between(f"draw-in at {angle} degrees [mm]", value, low, high)
+    between("its change by half a turn [mm]", np.abs(drawn[:3] - drawn[3:]).max(), 0, 0.05)
+    late = results.tool_history("holder", "time") > 0.5 * results.times[-1]
+    force = results.tool_history("holder", "force")[late, 2].mean()
+    between("mean force of the holder [N]", force, 0.95 * 20000, 1.05 * 20000)
+    thinning = results.patches[0].field("thinning", len(results.times) - 1)
+    between("largest thinning", thinning.max(), 0.04, 0.055)
+
+
 def u_bend(folder):
     """Angles of the wall to bottom and flange in the tools and released; force of the holder."""
     one = "--threads", "1"
@@ -167,7 +185,7 @@ def channel_springback(folder):
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        {"hemisphere": hemisphere, "square_box": square_box, "u_bend": u_bend,
+        {"hemisphere": hemisphere, "s_rail": s_rail, "square_box": square_box, "u_bend": u_bend,
          "channel_springback": channel_springback}[NAME](folder)
 
 
