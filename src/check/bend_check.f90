@@ -1,4 +1,4 @@
-!> Bends of tools that are too sharp for shells, which have no stress through the thickness.
+!> Bends of tools that are too sharp for shells, which have no shear through the thickness.
 module bend_check
   use kinds, only: wp
   use text, only: rounded_text, place_text
@@ -43,7 +43,7 @@ contains
         model%bodies%tools(encounters(i)%tool)%name//"' with the radius "// &
         rounded_text(sharpest%radius)//" at "//place_text(sharpest%x)//", "// &
         rounded_text(sharpest%radius/thickness)//" times the thickness, and ELEMENT=SHELL", &
-        "ELEMENT=SOLID, for shells have no stress through the thickness; or a radius of "// &
+        "ELEMENT=SOLID, for shells have no shear through the thickness; or a radius of "// &
         rounded_text(least_ratio)//" times the thickness")
     end do
   end subroutine check_bends
