@@ -394,7 +394,6 @@ contains
     end if
     found = found//" at "//place_text(tightest%x)//", time "//rounded_text(tightest%time)// &
             ", where the sheet is "//rounded_text(thickness)//" thick"
-    if (scene%blank%is_shell) found = found//", which ELEMENT=SHELL does not feel"
     origin = scene%tools(mover)%origin
     expected = "a clearance of at least the thickness between their surfaces"
     if (tightest%excess > sideways*travel_of(a, b) .and. tightest%slope < head_on) then

@@ -16,7 +16,7 @@ module element
 
   public :: point_coordinates, next_element, grid_number, merge_reports
   public :: jacobian_in_span
-  public :: carry_motion, stored_motion, new_nodal_fields, describe_grid
+  public :: carry_motion, stored_motion, new_nodal_fields, describe_grid, read_layer, add_to_layer
 
   !> Fields on the control points, shape (n1, n2, n3, 3).
   type, public :: motion_t
@@ -90,7 +90,7 @@ module element
     procedure :: new_fields => new_nodal_fields
     procedure :: spread_fields => keep_fields
     procedure :: fields_at => no_fields
-    procedure, non_overridable :: is_own_face, bears_loads
+    procedure, non_overridable :: is_own_face, can_touch
   end type element_t
 
   !> A part of a body, of any kind.
@@ -185,16 +185,16 @@ contains
     class(element_t), intent(in) :: self
     integer, intent(in) :: side
 
-    is_own_face = self%is_surface .and. side > 4
+    is_own_face = self%is_surface .and. side >= 1 .and. side <= 6
   end function is_own_face
 
-  !> Is a side a surface, on which contact and loads can act, and no edge?
-  pure logical function bears_loads(self, side)
+  !> Is a side a surface that tools can touch, and no edge?
+  pure logical function can_touch(self, side)
     class(element_t), intent(in) :: self
     integer, intent(in) :: side
 
-    bears_loads = self%is_own_face(side) .or. .not. self%is_surface
-  end function bears_loads
+    can_touch = side > 4 .or. .not. self%is_surface
+  end function can_touch
 
   !> Take the shape of the faces now, if that has not been done: what follows is quicker for it, and
   !! forces on faces of their own need it.
@@ -226,19 +226,26 @@ contains
     integer, intent(in) :: side
     real(wp), intent(in) :: forces(:, :, :)     !! [force]
 
-    associate (force => self%motion%external_force)
-      associate (layer => merge(1, size(force, (side + 1)/2), mod(side, 2) == 1))
-        select case ((side + 1)/2)
-        case (1)
-          force(layer, :, :, :) = force(layer, :, :, :) + forces
-        case (2)
-          force(:, layer, :, :) = force(:, layer, :, :) + forces
-        case (3)
-          force(:, :, layer, :) = force(:, :, layer, :) + forces
-        end select
-      end associate
-    end associate
+    call add_to_layer(self%motion%external_force, side, forces)
   end subroutine add_forces_to_side
+
+  !> Add to the outermost layer of a field at a side.
+  pure subroutine add_to_layer(field, side, net)
+    real(wp), intent(inout) :: field(:, :, :, :)
+    integer, intent(in) :: side
+    real(wp), intent(in) :: net(:, :, :)
+
+    associate (layer => merge(1, size(field, (side + 1)/2), mod(side, 2) == 1))
+      select case ((side + 1)/2)
+      case (1)
+        field(layer, :, :, :) = field(layer, :, :, :) + net
+      case (2)
+        field(:, layer, :, :) = field(:, layer, :, :) + net
+      case (3)
+        field(:, :, layer, :) = field(:, :, layer, :) + net
+      end select
+    end associate
+  end subroutine add_to_layer
 
   !> The outermost layer of a field at a side.
   pure subroutine read_layer(field, side, net)

@@ -46,7 +46,7 @@ contains
     do p = 1, size(scene%blank%patches)
       if (scene%blank%patches(p)%is_joined(spec%face)) cycle
       associate (body => model%bodies%blank%parts(p)%element)
-        if (.not. body%bears_loads(spec%face)) then
+        if (.not. body%can_touch(spec%face)) then
           call add_error(errors, spec%origin, "the draw bead "//spec%name// &
                          " on an edge of a shell", "FACE=ZETA_MIN or FACE=ZETA_MAX")
           return

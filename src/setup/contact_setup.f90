@@ -61,7 +61,7 @@ contains
                      "', which lies next to the blank", "a tool that faces the blank, or a FACE")
       return
     end if
-    if (.not. model%bodies%blank%parts(1)%element%bears_loads(face)) then
+    if (.not. model%bodies%blank%parts(1)%element%can_touch(face)) then
       call add_error(errors, spec%origin, "FACE="//trim(face_names(face))//", an edge of a shell", &
                      "ZETA_MIN or ZETA_MAX")
       return

@@ -45,11 +45,6 @@ contains
           has_face = .true.
           if (patch%is_joined(face)) cycle
           associate (body => model%bodies%blank%parts(p)%element)
-            if (.not. body%bears_loads(face)) then
-              call add_error(errors, spec%origin, "set '"//set%name//"', on an edge of a shell", &
-                             "a set on the upper or the lower face")
-              return
-            end if
             call new_face_load(spec, body, set, p, face, scene%reduction%axis, curve, load)
           end associate
         end associate
@@ -86,7 +81,7 @@ contains
     class(effect_t), allocatable, intent(out) :: load
     type(nurbs_surface_t) :: surface
     type(face_rule_t) :: rule
-    integer :: axes(2)
+    integer :: axes(2), bounds(3, 2)
 
     surface = body%surface(face)
     axes = face_axes(face)
@@ -96,9 +91,9 @@ contains
     if (spec%kind == "PRESSURE") then
       allocate (load, source=new_pressure(part, face, rule, spec%value(1), curve))
     else
-      allocate (load, source=traction_load(part, face, surface, rule, &
-                                           face_slice(body%grid%axes%n_basis, face), &
-                                           spec%value, curve))
+      bounds = face_slice(body%grid%axes%n_basis, face)
+      if (body%is_own_face(face)) bounds = reshape([1, 1, 1, shape(surface%weights), 1], [3, 2])
+      allocate (load, source=traction_load(part, face, surface, rule, bounds, spec%value, curve))
     end if
   end subroutine new_face_load
 

@@ -13,7 +13,8 @@ module shell_element
   use block_law, only: block_law_t
   use elastic, only: elastic_t
   use basis_tables, only: n_lanes
-  use element, only: force_report_t, element_t, jacobian_in_span, describe_grid
+  use element, only: force_report_t, element_t, jacobian_in_span, describe_grid, read_layer, &
+                     add_to_layer
   use lumped_mass, only: new_lumped_mass
   use solid_patch, only: shell_points_t, row_of_point, lane_of_element, place_of_point
   use patch_setup, only: new_tile_buffers
@@ -391,53 +392,91 @@ contains
     self%seen = self%patch%increment
   end subroutine look_at_faces
 
-  !> Faces as they were looked at last, else those of the shape now.
+  !> Faces as they were looked at last, else those of the shape now. An edge is a strip between
+  !! those of both faces.
   subroutine net_of_side(self, side, net)
     class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: side
+    real(wp), intent(out) :: net(:, :, :)
+    real(wp), allocatable :: both(:, :, :, :)
+
+    if (side > 4) then
+      call net_of_face(self, side, net)
+    else
+      allocate (both, mold=self%start_faces)
+      call net_of_face(self, 5, both(:, :, 1, :))
+      call net_of_face(self, 6, both(:, :, 2, :))
+      call read_layer(both, side, net)
+    end if
+  end subroutine net_of_side
+
+  subroutine net_of_face(self, side, net)
+    type(shell_element_t), intent(in) :: self
     integer, intent(in) :: side
     real(wp), intent(out) :: net(:, :, :)
     type(shell_faces_t) :: faces
     real(wp), allocatable :: thickness(:, :)
 
-    if (.not. self%is_own_face(side)) then
-      call self%solid_element_t%face_net(side, net)
-    else if (self%seen == self%patch%increment) then
+    if (self%seen == self%patch%increment) then
       call face_net(self%faces, side, self%motion%x, self%thickness, net)
     else
       call find_faces(self, faces, thickness)
       call face_net(faces, side, self%motion%x, thickness, net)
     end if
-  end subroutine net_of_side
+  end subroutine net_of_face
 
   subroutine velocities_of_side(self, side, net)
     class(shell_element_t), intent(in) :: self
     integer, intent(in) :: side
     real(wp), intent(out) :: net(:, :, :)
+    real(wp), allocatable :: both(:, :, :, :)
+
+    if (side > 4) then
+      call velocities_of_face(self, side, net)
+    else
+      allocate (both, mold=self%start_faces)
+      call velocities_of_face(self, 5, both(:, :, 1, :))
+      call velocities_of_face(self, 6, both(:, :, 2, :))
+      call read_layer(both, side, net)
+    end if
+  end subroutine velocities_of_side
+
+  subroutine velocities_of_face(self, side, net)
+    type(shell_element_t), intent(in) :: self
+    integer, intent(in) :: side
+    real(wp), intent(out) :: net(:, :, :)
     type(shell_faces_t) :: faces
     real(wp), allocatable :: thickness(:, :)
 
-    if (.not. self%is_own_face(side)) then
-      call self%solid_element_t%face_velocities(side, net)
-    else if (self%seen == self%patch%increment) then
+    if (self%seen == self%patch%increment) then
       call face_velocities(self%faces, side, self%motion%v, self%thickness, net)
     else
       call find_faces(self, faces, thickness)
       call face_velocities(faces, side, self%motion%v, thickness, net)
     end if
-  end subroutine velocities_of_side
+  end subroutine velocities_of_face
 
   subroutine add_forces_to_side(self, side, forces)
     class(shell_element_t), intent(inout) :: self
     integer, intent(in) :: side
     real(wp), intent(in) :: forces(:, :, :)
+    real(wp), allocatable :: both(:, :, :, :)
+    integer :: face
 
-    if (self%is_own_face(side)) then
-      call self%look_at_faces()
-      call add_face_forces(self%faces, side, self%thickness, forces, self%motion%external_force)
-      call add_push(size(self%thickness), side, self%faces%director, forces, self%through%push)
-    else
-      call self%solid_element_t%add_face_forces(side, forces)
-    end if
+    call self%look_at_faces()
+    associate (force => self%motion%external_force)
+      if (side > 4) then
+        call add_face_forces(self%faces, side, self%thickness, forces, force)
+        call add_push(size(self%thickness), side, self%faces%director, forces, self%through%push)
+      else
+        allocate (both, mold=self%start_faces)
+        both = 0.0_wp
+        call add_to_layer(both, side, forces)
+        do face = 5, 6
+          call add_face_forces(self%faces, face, self%thickness, both(:, :, face - 4, :), force)
+        end do
+      end if
+    end associate
   end subroutine add_forces_to_side
 
   !> Thickness at the control points now.

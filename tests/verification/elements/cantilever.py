@@ -49,15 +49,17 @@ def main():
     exact = beam(LOAD)
     lines = []
     meshes = ((2, 8), (2, 16), (3, 8), (3, 16)) if case.is_long else ((2, 8), (3, 8))
-    for p, n in meshes:
-        run = case.run("cantilever", p=p, n_x=n)
+    for p, n, element, rule in (*(mesh + ("SOLID", "FULL") for mesh in meshes),
+                                (2, 16, "SHELL", "SHEET")):
+        run = case.run("cantilever", p=p, n_x=n, element=element, rule=rule)
         tip = run.probes["tip"]["displacement"][run.time() > 2.1e-2].mean(axis=0)
         tip += np.array([LENGTH, 0, 0])
-        case.error(f"end, along [mm], p = {p}, {n} elements", tip[0], exact[-1, 0], 0.008)
-        case.error(f"end, across [mm], p = {p}, {n} elements", tip[2], exact[-1, 1], 0.008)
+        what = f"p = {p}, {n} elements" + ", shell" * (element == "SHELL")
+        case.error(f"end, along [mm], {what}", tip[0], exact[-1, 0], 0.008)
+        case.error(f"end, across [mm], {what}", tip[2], exact[-1, 1], 0.008)
         middle = np.abs(run.start[:, 2]) < 1e-6
         shape = run.points[middle]
-        lines.append((f"p = {p}, {n} elements", "o", shape[:, 0], shape[:, 2]))
+        lines.append((what, "o", shape[:, 0], shape[:, 2]))
     lines.append(("Reissner", "k-", exact[:, 0], exact[:, 1]))
     case.panel("x [mm]", "z [mm]", lines)
     case.finish()
