@@ -10,6 +10,7 @@ module check_report
   use kinds, only: wp
   use text, only: string_t, to_text, rounded_text, place_text, append_text
   use element, only: element_t
+  use shell_joints, only: joint_words
   use blank, only: n_elements_of, mass_of, blank_t
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
@@ -72,6 +73,8 @@ contains
       if (blank%seams%n_groups > 0) print "(a)", "seams            "// &
         to_text(size(blank%seams%point))//" control points at "// &
         to_text(blank%seams%n_groups)//" locations"
+      if (joint_words(blank%joints) /= "") print "(a)", "joints           "// &
+        joint_words(blank%joints)
       print "(a)", "mass             "//rounded_text(model%width_ratio*mass_of(blank%parts))
     end associate
     print "(a)", "tools            "//to_text(size(model%bodies%tools))
@@ -277,7 +280,8 @@ contains
       return
     end if
     associate (blank => model%bodies%blank)
-      frequency = free_frequencies(blank%parts, blank%seams, blank%law, fixed)/two_pi
+      frequency = free_frequencies(blank%parts, blank%seams, blank%law, fixed, blank%joints) &
+                  /two_pi
     end associate
     print "(a)", "mode         frequency            period"
     do i = 1, min(n_modes, size(frequency))

@@ -16,6 +16,7 @@ module deck_run
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use error_report, only: report_errors
+  use shell_joints, only: joint_words
   use blank, only: n_elements_of, n_controls_of, mass_of
   use model, only: model_t
   use contact_effect, only: contact_view_t, contact_pairs
@@ -352,6 +353,8 @@ contains
       if (size(blank%parts) > 1 .or. blank%seams%n_groups > 0) &
         call log_line(log, "patches    "//to_text(size(blank%parts))//", joined in "// &
                       to_text(blank%seams%n_groups)//" control points")
+      if (joint_words(blank%joints) /= "") &
+        call log_line(log, "joints     "//joint_words(blank%joints))
       if (model%width_ratio > 1.0_wp) &
         call log_line(log, "reduction  plane strain: a strip of 1/"// &
                       rounded_text(model%width_ratio)//" of the width; forces, energies and "// &

@@ -39,7 +39,6 @@ contains
     high = -huge(1.0_wp)
     do p = 1, size(scene%blank%patches)
       associate (patch => scene%blank%patches(p))
-        if (any(patch%is_joined)) return
         low = min(low, [(minval(patch%solid%points(:, :, :, c)), c=1, 3)])
         high = max(high, [(maxval(patch%solid%points(:, :, :, c)), c=1, 3)])
       end associate

@@ -51,6 +51,10 @@ contains
       call resolve_option(record, "MATERIAL", context%names%materials, "*MATERIAL", &
                           blank%material, errors)
       blank%is_shell = option_text(record, "ELEMENT") == "SHELL"
+      blank%has_hinges = option_text(record, "JOINTS") == "HINGED"
+      if (blank%has_hinges .and. .not. blank%is_shell) call add_error(errors, record%origin, &
+        "JOINTS=HINGED with ELEMENT=SOLID, whose faces pass moments wherever patches meet", &
+        "ELEMENT=SHELL, or no JOINTS")
       context%frame%is_box = option_text(record, "TYPE") == "BOX"
       call read_shape(deck, context, record, blank, is_complete, errors)
       call refuse_stray_patches(deck, record, errors)
@@ -483,34 +487,7 @@ contains
     call warn_of_tee_joints(record, blank, find_tee_joints(solids, joints%is_joined, tolerance), &
                             errors)
     call check_whole(record, blank, joints, errors)
-    if (blank%is_shell) call warn_of_hinges(record, blank, joints, errors)
   end subroutine join_patches
-
-  !> Warn of joints of shells: common control points pass no moment.
-  subroutine warn_of_hinges(record, blank, joints, errors)
-    type(record_t), intent(in) :: record
-    type(blank_spec_t), intent(in) :: blank
-    type(joints_t), intent(in) :: joints
-    type(error_list_t), intent(inout) :: errors
-    integer, parameter :: most_named = 3
-    character(:), allocatable :: named
-    integer :: p, q, n
-
-    named = ""
-    n = 0
-    do p = 1, size(blank%patches)
-      do q = p, size(blank%patches)
-        if (.not. joints%is_tied(p, q)) cycle
-        n = n + 1
-        if (n <= most_named) named = named//", '"//blank%patches(p)%name//"' and '"// &
-                                     blank%patches(q)%name//"'"
-      end do
-    end do
-    if (n == 0) return
-    if (n > most_named) named = named//" and "//to_text(n - most_named)//" more"
-    call add_warning(errors, record%origin, to_text(n)//" joints ("//named(3:)//") with "// &
-                     "ELEMENT=SHELL, hinges that pass no moment", "one patch, or ELEMENT=SOLID")
-  end subroutine warn_of_hinges
 
   !> Refuse a tolerance that makes neighbours in the grid of a patch one point, unless they were one
   !! before but for round-off: the blank would lose volume.

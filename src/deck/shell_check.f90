@@ -3,7 +3,7 @@ module shell_check
   use text, only: to_text, rounded_text
   use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t, patch_spec_t, is_user_material
-  use knot_vector, only: knot_vector_t, n_spans
+  use knot_vector, only: n_spans
   use deck_records, only: parsed_deck_t, find_records
   implicit none
   private
@@ -14,7 +14,7 @@ module shell_check
 
 contains
 
-  !> Refuse what shells do not serve, and warn of rules and knots that spoil their bending.
+  !> Refuse what shells do not serve, and warn of rules that spoil their bending.
   subroutine check_shell(scene, errors)
     type(scene_t), intent(in) :: scene
     type(error_list_t), intent(inout) :: errors
@@ -53,7 +53,7 @@ contains
     end associate
   end subroutine check_law
 
-  !> A shell needs second derivatives to bend, without a break at knots.
+  !> A shell needs second derivatives to bend.
   subroutine check_axis(scene, patch, axis, errors)
     type(scene_t), intent(in) :: scene
     type(patch_spec_t), intent(in) :: patch
@@ -66,25 +66,9 @@ contains
         if (n_spans(along) > 1) call add_error(errors, scene%blank%origin, "degree 1 of '"// &
           patch%name//"' along axis "//to_text(axis)//" with ELEMENT=SHELL, which then cannot "// &
           "bend along it", "degree 2, or one element across a strip of plane strain")
-      else if (place_of_hinge(along) > 0) then
-        call add_warning(errors, scene%blank%origin, "the knot "// &
-                         rounded_text(along%knots(place_of_hinge(along)))//" of '"//patch%name// &
-                         "' along axis "//to_text(axis)//", as often as the degree, "// &
-                         to_text(along%degree)//": a hinge with ELEMENT=SHELL", &
-                         "an inner knot at most "//to_text(along%degree - 1)//" times")
       end if
     end associate
   end subroutine check_axis
-
-  !> The first inner knot of a multiplicity of at least the degree, 0: none.
-  pure integer function place_of_hinge(axis) result(place)
-    type(knot_vector_t), intent(in) :: axis
-
-    do place = axis%degree + 2, axis%n_basis - axis%degree + 1
-      if (.not. axis%knots(place + axis%degree - 1) > axis%knots(place)) return
-    end do
-    place = 0
-  end function place_of_hinge
 
   !> Points along the sheet, of which each sees three strains and three curvatures, and layers.
   subroutine check_points(scene, patch, errors)

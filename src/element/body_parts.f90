@@ -6,6 +6,7 @@ module body_parts
   use patch_seams, only: seams_t, collect, sum_groups, distribute
   use block_law, only: block_law_t
   use element, only: part_t, force_report_t, merge_reports
+  use shell_joints, only: shell_joints_t, add_joint_forces
   implicit none
   private
 
@@ -20,13 +21,14 @@ module body_parts
 contains
 
   !> Stress update and internal forces of all parts, from the motion that each holds.
-  subroutine forces_of_parts(parts, seams, law, dt, report, is_trial)
+  subroutine forces_of_parts(parts, seams, law, dt, report, is_trial, joints)
     type(part_t), intent(inout) :: parts(:)
     type(seams_t), intent(inout) :: seams
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt                      !! [time]
     type(force_report_t), intent(out) :: report     !! of all parts together
     logical, intent(in), optional :: is_trial       !! leaves stress and state as they are
+    type(shell_joints_t), intent(inout), optional :: joints   !! of shells that pass moments
     type(force_report_t) :: part
     logical :: is_committed
     integer :: p
@@ -45,6 +47,7 @@ contains
         report%failed_part = p
       end if
     end do
+    if (present(joints)) call add_joint_forces(joints, parts, dt, .not. is_committed, report)
     call share_internal_forces(parts, seams)
   end subroutine forces_of_parts
 

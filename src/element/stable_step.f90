@@ -18,6 +18,7 @@ module stable_step
   use lumped_mass, only: mass_tables
   use spurious_modes, only: dense_stiffness
   use thickness_masses, only: column_directions, shrink_differences
+  use shell_joints, only: shell_joints_t
   use body_parts, only: forces_of_parts, elastic_copies, share_internal_forces
   use linear_algebra, only: eigenvalues, tridiagonal_eigensystem
   implicit none
@@ -43,24 +44,27 @@ contains
 
   !> Bound of the largest angular frequency [1/time] and the geometric rate |J^-1|^2 that belongs
   !! to the shape it was found for: that of the control points now.
-  subroutine largest_frequency(bodies, seams, law, omega, rate)
+  subroutine largest_frequency(bodies, seams, law, omega, rate, joints)
     type(part_t), intent(in) :: bodies(:)
     type(seams_t), intent(in) :: seams
     class(block_law_t), intent(in) :: law
     real(wp), intent(out) :: omega, rate
+    type(shell_joints_t), intent(in), optional :: joints   !! of shells that pass moments
     integer, parameter :: max_vectors = 150
     real(wp), parameter :: tolerance = 1.0e-3_wp
     type(part_t), allocatable :: trial(:)
-    type(seams_t) :: joints
+    type(seams_t) :: shared
+    type(shell_joints_t) :: springs
     type(elastic_t) :: rigidity
     type(field_t), allocatable :: now(:), before(:), next(:)
     real(wp) :: alpha(max_vectors), beta(0:max_vectors), ritz, residual
     integer :: k, n, p
 
     rigidity = elastic_t(density=law%density, bulk=law%bulk, shear=law%shear)
-    joints = seams
+    shared = seams
+    if (present(joints)) springs = joints
     trial = elastic_copies(bodies)
-    call set_start(joints, trial, now)
+    call set_start(shared, trial, now)
     call divide_vector(now, norm_of(now))
     before = now
     next = now
@@ -73,7 +77,7 @@ contains
       if (allocated(now(p)%counts)) n = n - count(.not. now(p)%counts)
     end do
     do k = 1, min(max_vectors, n)
-      call apply_operator(trial, joints, rigidity, now, next, rate)
+      call apply_operator(trial, shared, springs, rigidity, now, next, rate)
       alpha(k) = product_of(next, now)
       do p = 1, size(next)
         next(p)%at = next(p)%at - alpha(k)*now(p)%at - beta(k - 1)*before(p)%at   ! beta(0) is zero
@@ -163,9 +167,10 @@ contains
   !> next = M^-1/2 K M^-1/2 now: the force that a tiny displacement raises in a stress-free body.
   !! Scaled columns have the inverse root D^-1/2 (1 - (1 - 1/sqrt(factor)) P), P being the
   !! projection on the differences and D the lumped mass.
-  subroutine apply_operator(bodies, seams, law, now, next, rate)
+  subroutine apply_operator(bodies, seams, springs, law, now, next, rate)
     type(part_t), intent(inout) :: bodies(:)
     type(seams_t), intent(inout) :: seams
+    type(shell_joints_t), intent(inout) :: springs
     type(elastic_t), intent(in) :: law
     type(field_t), intent(in) :: now(:)
     type(field_t), intent(inout) :: next(:)
@@ -188,7 +193,7 @@ contains
     end do
     ! Small beside the thinnest element, so that the force is linear in it to six digits.
     scaling = 1.0e-7_wp*smallest/largest
-    call forces_of_parts(bodies, seams, law, scaling, report, is_trial=.true.)
+    call forces_of_parts(bodies, seams, law, scaling, report, .true., springs)
     rate = report%largest_rate
     do p = 1, size(bodies)
       associate (body => bodies(p)%element)

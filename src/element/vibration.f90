@@ -5,6 +5,7 @@ module vibration
   use block_law, only: block_law_t
   use patch_seams, only: seams_t, is_counted, collect, sum_groups, distribute
   use element, only: part_t, force_report_t
+  use shell_joints, only: shell_joints_t
   use body_parts, only: forces_of_parts, elastic_copies
   use linear_algebra, only: eigenvalues
   implicit none
@@ -32,14 +33,16 @@ contains
   !! is not fixed: roots of the eigenvalues of M^-1/2 K M^-1/2, made dense by one force evaluation
   !! with each sign for every column. Rigid motions give zero up to round-off. What is joined at
   !! seams counts once; it is fixed where its first member is.
-  function free_frequencies(bodies, seams, law, fixed) result(omega)
+  function free_frequencies(bodies, seams, law, fixed, joints) result(omega)
     type(part_t), intent(in) :: bodies(:)
     type(seams_t), intent(in) :: seams
     class(block_law_t), intent(in) :: law
     type(fixed_t), intent(in) :: fixed(:)           !! by patch
+    type(shell_joints_t), intent(in), optional :: joints   !! of shells that pass moments
     real(wp), allocatable :: omega(:)
     type(part_t), allocatable :: trial(:)
-    type(seams_t) :: joints
+    type(seams_t) :: shared
+    type(shell_joints_t) :: springs
     type(elastic_t) :: rigidity
     type(freedom_t), allocatable :: free(:)
     real(wp), allocatable :: matrix(:, :), root(:), plus(:), minus(:)
@@ -48,7 +51,8 @@ contains
 
     free = list_free(bodies, seams, fixed)
     trial = elastic_copies(bodies)
-    joints = seams
+    shared = seams
+    if (present(joints)) springs = joints
     rigidity = elastic_t(density=law%density, bulk=law%bulk, shear=law%shear)
     tiny_motion = 1.0e-6_wp*minval([(bodies(i)%element%shortest, i=1, size(bodies))])
     allocate (matrix(size(free), size(free)), plus(size(free)), minus(size(free)), root(size(free)))
@@ -58,8 +62,8 @@ contains
       end associate
     end do
     do i = 1, size(free)
-      call raise_forces(trial, joints, rigidity, free(i), tiny_motion, free, plus)
-      call raise_forces(trial, joints, rigidity, free(i), -tiny_motion, free, minus)
+      call raise_forces(trial, shared, springs, rigidity, free(i), tiny_motion, free, plus)
+      call raise_forces(trial, shared, springs, rigidity, free(i), -tiny_motion, free, minus)
       matrix(:, i) = (plus - minus)/(2.0_wp*tiny_motion*root*root(i))
     end do
     omega = sqrt(max(0.0_wp, eigenvalues(0.5_wp*(matrix + transpose(matrix)))))
@@ -105,9 +109,10 @@ contains
   end function list_free
 
   !> Forces in the free components that a motion of one of them raises.
-  subroutine raise_forces(bodies, seams, law, moved, amount, free, forces)
+  subroutine raise_forces(bodies, seams, springs, law, moved, amount, free, forces)
     type(part_t), intent(inout) :: bodies(:)
     type(seams_t), intent(inout) :: seams
+    type(shell_joints_t), intent(inout) :: springs
     type(elastic_t), intent(in) :: law
     type(freedom_t), intent(in) :: moved, free(:)
     real(wp), intent(in) :: amount
@@ -125,7 +130,7 @@ contains
     do p = 1, size(bodies)
       call distribute(seams, p, size(bodies(p)%element%mass), 3, bodies(p)%element%motion%v)
     end do
-    call forces_of_parts(bodies, seams, law, 1.0_wp, report, is_trial=.true.)
+    call forces_of_parts(bodies, seams, law, 1.0_wp, report, .true., springs)
     do i = 1, size(free)
       associate (force => bodies(free(i)%part)%element%motion%internal_force)
         forces(i) = sum_at(size(force), free(i)%places, force)

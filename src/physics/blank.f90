@@ -8,6 +8,8 @@ module blank
   use block_law, only: block_law_t
   use strain_projection, only: projection_spec_t
   use shell_setup, only: mid_surface
+  use shell_joints, only: shell_joints_t
+  use joint_setup, only: new_shell_joints
   use element, only: part_t, force_report_t
   use body_parts, only: set_inertia
   use element_kinds, only: new_part
@@ -23,6 +25,7 @@ module blank
     character(:), allocatable :: name
     type(part_t), allocatable :: parts(:)
     type(seams_t) :: seams
+    type(shell_joints_t) :: joints          !! of shells that pass moments
     class(block_law_t), allocatable :: law
     real(wp) :: mass_factor = 1.0_wp        !! by which scaling has raised all masses
     real(wp) :: added_mass = 0.0_wp         !! by all scaling
@@ -40,7 +43,7 @@ contains
   !> A blank at rest and without stress. `law` is taken over. Seams are found here, on the grids
   !! that the run has, so that nothing done to a scene before leaves them behind.
   subroutine new_blank(blank, name, patches, law, viscosity, error, merge_distance, projection, &
-                       is_shell)
+                       is_shell, has_hinges)
     type(blank_t), intent(out) :: blank
     character(*), intent(in) :: name
     type(patch_spec_t), intent(in) :: patches(:)
@@ -50,7 +53,9 @@ contains
     real(wp), intent(in), optional :: merge_distance    !! of `find_seams`; absent or < 0: none
     type(projection_spec_t), intent(in), optional :: projection   !! absent: none
     logical, intent(in), optional :: is_shell           !! mid-surfaces; absent: solids
+    logical, intent(in), optional :: has_hinges         !! joints of shells pass no moment
     type(nurbs_solid_t) :: solids(size(patches))
+    logical :: are_hinges
     integer :: p
 
     blank%name = name
@@ -76,6 +81,13 @@ contains
       blank%parts(p)%element%n_before = n_elements_of(blank%parts(:p - 1))
     end do
     call set_inertia(blank%parts, blank%seams)
+    if (present(is_shell)) then
+      if (is_shell) then
+        are_hinges = .false.
+        if (present(has_hinges)) are_hinges = has_hinges
+        call new_shell_joints(blank%parts, solids, blank%seams, are_hinges, blank%joints)
+      end if
+    end if
     call move_alloc(law, blank%law)
   end subroutine new_blank
 

@@ -60,6 +60,7 @@ module scene
     real(wp) :: merge_distance = -1.0_wp    !! at which control points are one [length]; < 0: never
     integer :: material = 0                 !! index into `materials`
     logical :: is_shell = .false.           !! its elements are mid-surfaces, not solids
+    logical :: has_hinges = .false.         !! where these meet they turn freely
     character(4) :: projection = "NONE"     !! against locking: NONE, BBAR or ANS
     logical :: is_smooth = .false.          !! it projects onto the splines of the patch
     integer :: n_samples(3) = 0             !! of the projection, per direction; 0: default

@@ -178,11 +178,14 @@ contains
                        "follows from the deformation gradient", "BBAR or NONE")
       call new_blank(model%bodies%blank, spec%name, spec%patches, law, &
                      [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error, &
-                     spec%merge_distance, projection_of(spec), spec%is_shell)
+                     spec%merge_distance, projection_of(spec), spec%is_shell, spec%has_hinges)
       if (allocated(error)) then
         call add_error(errors, spec%origin, error%message, "a right-handed patch "// &
                        "with positive volume everywhere")
       else
+        if (spec%has_hinges .and. model%bodies%blank%joints%n_lines == 0) &
+          call add_warning(errors, spec%origin, "JOINTS=HINGED of a blank without joints: no "// &
+                           "edges meet, and no knot comes as often as the degree", "no JOINTS")
         n = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden - material%n_uvarm
         do i = 1, size(scene%initial_states)
           associate (start => scene%initial_states(i))

@@ -6,6 +6,7 @@ module stability_setup
   use patch_seams, only: column_mask_t
   use stable_step, only: largest_frequency, viscous_step, stable_element_step
   use body_parts, only: set_inertia
+  use shell_joints, only: set_stiffness, largest_bound
   use blank, only: blank_t, mass_of, columns_of
   use boundary, only: prescribed_components
   use vibration, only: fixed_t
@@ -23,6 +24,11 @@ module stability_setup
 
   public :: set_stable_step, add_thickness_scaling, add_damping
   public :: share_penalties
+
+  !> Shares of the square of a blank's largest frequency that its joints may have, tried one after
+  !! the other until the frequency of both is larger by no more than this factor.
+  real(wp), parameter :: joint_shares(5) = [0.8_wp, 0.6_wp, 0.35_wp, 0.15_wp, 0.05_wp]
+  real(wp), parameter :: joint_cost = 1.03_wp
 
 contains
 
@@ -42,8 +48,13 @@ contains
           model%stable_step = min(model%stable_step, dt)
           model%rate = max(model%rate, rate)
         end do
+        ! The squares of frequencies that bound two stiffnesses add up to a bound of both.
+        call set_stiffness(blank%joints, blank%parts, blank%seams, blank%law, &
+                           joint_shares(size(joint_shares))*(2.0_wp/model%stable_step)**2)
+        model%stable_step = 2.0_wp/sqrt((2.0_wp/model%stable_step)**2 &
+                                        + largest_bound(blank%joints, blank%parts, blank%seams))
       else
-        call largest_frequency(blank%parts, blank%seams, blank%law, omega, model%rate)
+        call find_frequency(blank, omega, model%rate)
         model%stable_step = viscous_step(blank%parts, blank%seams, blank%law, omega)
       end if
       if (step%target_step > increment_limit(model)) then
@@ -58,6 +69,24 @@ contains
       end if
     end associate
   end subroutine set_stable_step
+
+  !> Largest angular frequency, after joints have been made as stiff as it lets them.
+  subroutine find_frequency(blank, omega, rate)
+    type(blank_t), intent(inout) :: blank
+    real(wp), intent(out) :: omega, rate     !! as of `largest_frequency`
+    real(wp) :: alone
+    integer :: i
+
+    call largest_frequency(blank%parts, blank%seams, blank%law, omega, rate)
+    if (blank%joints%n_cells == 0) return
+    alone = omega
+    do i = 1, size(joint_shares)
+      call set_stiffness(blank%joints, blank%parts, blank%seams, blank%law, &
+                         joint_shares(i)*alone**2)
+      call largest_frequency(blank%parts, blank%seams, blank%law, omega, rate, blank%joints)
+      if (omega <= joint_cost*alone) return
+    end do
+  end subroutine find_frequency
 
   !> Factors of the columns; those that seams mix up stay as they are. Supports play no part: what
   !! they hold only lowers frequencies, so the stable step is that of every step of the deck.

@@ -218,7 +218,8 @@ contains
     call update_positions(model, run, is_through)
     call start_watch(model%timer, run%watch_blank)
     associate (blank => model%bodies%blank)
-      call forces_of_parts(blank%parts, blank%seams, blank%law, run%instant%dt, blank%report)
+      call forces_of_parts(blank%parts, blank%seams, blank%law, run%instant%dt, blank%report, &
+                           joints=blank%joints)
       rate = blank%report%largest_rate
       call add_step(run%balance, blank%report)
       call check_health(model, run%instant, run%control, error)
@@ -343,7 +344,7 @@ contains
     real(wp) :: elastic, part
     integer :: p, n_points, n_samples
 
-    elastic = 0.0_wp
+    elastic = model%bodies%blank%joints%energy
     n_points = 0
     do p = 1, size(model%bodies%blank%parts)
       associate (element => model%bodies%blank%parts(p)%element)

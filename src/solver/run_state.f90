@@ -11,6 +11,7 @@ module run_state
   use energy_balance, only: energy_balance_t
   use timer, only: clock_ticks, ticks_to_seconds
   use body_parts, only: field_t
+  use shell_joints, only: carry_joints
   use frames, only: frame_t
   use history, only: history_sample_t
   implicit none
@@ -96,6 +97,8 @@ contains
       call enter_folder(store, "blank/"//to_text(p))
       call model%bodies%blank%parts(p)%element%carry(store)
     end do
+    call enter_folder(store, "blank/joints")
+    call carry_joints(model%bodies%blank%joints, store)
     do t = 1, size(model%bodies%tools)
       call enter_folder(store, "tools/"//to_text(t))
       associate (tool => model%bodies%tools(t), motion => model%motions(t))
