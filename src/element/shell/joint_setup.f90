@@ -27,6 +27,12 @@ module joint_setup
     real(wp), allocatable :: thickness(:)        !! [length]
   end type strip_t
 
+  !> Control points of the elements of all lines, as of one grid each.
+  type :: cells_t
+    integer, allocatable :: part(:, :)           !! of the rows, shape (3, n)
+    integer, allocatable :: place(:, :, :)       !! axis 1 fastest, shape (nodes, 3, n)
+  end type cells_t
+
 contains
 
   !> Springs along all lines of the parts, whose motion is that of the start; as hinges lines
@@ -39,6 +45,7 @@ contains
     type(shell_joints_t), intent(out) :: joints
     type(joint_line_t), allocatable :: lines(:)
     type(nurbs_solid_t) :: middles(size(parts))
+    type(cells_t) :: cells
     integer :: p, i, e, cell
 
     do p = 1, size(parts)
@@ -47,24 +54,26 @@ contains
     lines = find_joint_lines(middles, seams)
     joints%n_lines = size(lines)
     if (are_hinges) return
-    call make_room(parts, lines, joints)
+    call make_room(parts, lines, joints, cells)
     cell = 0
     do i = 1, size(lines)
       associate (side => lines(i)%sides(1))
         do e = 1, n_spans(middles(side%part)%axes(3 - side%across))
           cell = cell + 1
-          call add_cell(parts, sheets, lines(i), e, cell, joints)
+          call add_cell(parts, sheets, lines(i), e, cell, joints, cells)
         end do
       end associate
     end do
-    call fill_block(joints)
+    call fill_block(joints, cells)
+    call number_nodes(parts, joints, cells)
     call set_rest(joints, parts)
   end subroutine new_shell_joints
 
-  subroutine make_room(parts, lines, joints)
+  subroutine make_room(parts, lines, joints, cells)
     type(part_t), intent(in) :: parts(:)
     type(joint_line_t), intent(in) :: lines(:)
     type(shell_joints_t), intent(inout) :: joints
+    type(cells_t), intent(out) :: cells
     integer :: i, along
 
     do i = 1, size(lines)
@@ -77,7 +86,7 @@ contains
     end do
     associate (n => joints%n_nodes, q => joints%n_points, &
                b => (joints%n_cells + n_lanes - 1)/n_lanes)
-      allocate (joints%part(3, joints%n_cells), joints%place(n, 3, joints%n_cells))
+      allocate (cells%part(3, n_lanes*b), cells%place(n, 3, n_lanes*b))
       allocate (joints%along(n_lanes, n, q, b), joints%near(n_lanes, n, 2, q, b), &
                 joints%far(n_lanes, n, 2, q, b), joints%nominal(n_lanes, q, b), source=0.0_wp)
       allocate (joints%rest(n_lanes, 2, q, b), joints%forces(n_lanes, n, 3, 3, b), &
@@ -86,8 +95,9 @@ contains
   end subroutine make_room
 
   !> The last block's lanes beyond the last cell are copies of that without stiffness.
-  pure subroutine fill_block(joints)
+  pure subroutine fill_block(joints, cells)
     type(shell_joints_t), intent(inout) :: joints
+    type(cells_t), intent(inout) :: cells
     integer :: l, last, b
 
     b = size(joints%energies)
@@ -97,17 +107,91 @@ contains
       joints%along(l, :, :, b) = joints%along(last, :, :, b)
       joints%near(l, :, :, :, b) = joints%near(last, :, :, :, b)
       joints%far(l, :, :, :, b) = joints%far(last, :, :, :, b)
+      cells%part(:, n_lanes*(b - 1) + l) = cells%part(:, joints%n_cells)
+      cells%place(:, :, n_lanes*(b - 1) + l) = cells%place(:, :, joints%n_cells)
     end do
   end subroutine fill_block
 
+  !> Number the control points of all cells by part, and list where forces on each come from.
+  pure subroutine number_nodes(parts, joints, cells)
+    type(part_t), intent(in) :: parts(:)
+    type(shell_joints_t), intent(inout) :: joints
+    type(cells_t), intent(in) :: cells
+    integer, allocatable :: number(:)
+    integer :: p, n, i, row, cell, l, b
+
+    allocate (joints%start(size(parts) + 1), joints%place(0))
+    allocate (joints%node(n_lanes, joints%n_nodes, 3, size(joints%energies)))
+    n = 0
+    do p = 1, size(parts)
+      joints%start(p) = n + 1
+      number = [(0, i=1, size(parts(p)%element%mass))]
+      do cell = 1, size(cells%part, 2)
+        b = (cell - 1)/n_lanes + 1
+        l = cell - n_lanes*(b - 1)
+        do row = 1, 3
+          if (cells%part(row, cell) /= p) cycle
+          do i = 1, joints%n_nodes
+            associate (at => cells%place(i, row, cell))
+              if (number(at) == 0) then
+                n = n + 1
+                number(at) = n
+                joints%place = [joints%place, at]
+              end if
+              joints%node(l, i, row, b) = number(at)
+            end associate
+          end do
+        end do
+      end do
+    end do
+    joints%start(size(parts) + 1) = n + 1
+    allocate (joints%x(n, 3), source=0.0_wp)
+    call list_shares(joints)
+  end subroutine number_nodes
+
+  !> Where forces on each control point come from, lanes that fill the last block up left out.
+  pure subroutine list_shares(joints)
+    type(shell_joints_t), intent(inout) :: joints
+    integer :: next(size(joints%place)), i, row, cell, l, b, pass
+
+    allocate (joints%first(size(joints%place) + 1), source=0)
+    allocate (joints%share(3*joints%n_nodes*joints%n_cells))
+    do pass = 1, 2
+      do cell = 1, joints%n_cells
+        b = (cell - 1)/n_lanes + 1
+        l = cell - n_lanes*(b - 1)
+        do row = 1, 3
+          do i = 1, joints%n_nodes
+            associate (node => joints%node(l, i, row, b))
+              if (pass == 1) then
+                joints%first(node + 1) = joints%first(node + 1) + 1
+              else
+                joints%share(next(node)) = l + n_lanes*(i - 1 + joints%n_nodes &
+                                                        *(3*(row - 1 + 3*(b - 1))))
+                next(node) = next(node) + 1
+              end if
+            end associate
+          end do
+        end do
+      end do
+      if (pass == 2) exit
+      joints%first(1) = 1
+      do i = 1, size(next)
+        joints%first(i + 1) = joints%first(i) + joints%first(i + 1)
+      end do
+      next = joints%first(:size(next))
+    end do
+  end subroutine list_shares
+
   !> An element of a line. Where other lines have more control points or points of integration to
   !! an element, the last ones are repeated without weight.
-  subroutine add_cell(parts, sheets, line, e, cell, joints)
+  subroutine add_cell(parts, sheets, line, e, cell, joints, cells)
     type(part_t), intent(in) :: parts(:)
     type(nurbs_solid_t), intent(in) :: sheets(:)
     type(joint_line_t), intent(in) :: line
     integer, intent(in) :: e, cell         !! element along the first side, number of the cell
     type(shell_joints_t), intent(inout) :: joints
+    type(cells_t), intent(inout) :: cells
     type(strip_t) :: strips(2)
     real(wp) :: length, h
     integer :: b, l, q, m, s, from
@@ -122,10 +206,10 @@ contains
         end associate
       end do
       m = size(strips(1)%places, 1)
-      joints%part(:, cell) = [one%part, one%part, line%sides(2)%part]
-      joints%place(:, 1, cell) = strips(1)%places([(min(q, m), q=1, joints%n_nodes)], 1)
+      cells%part(:, cell) = [one%part, one%part, line%sides(2)%part]
+      cells%place(:, 1, cell) = strips(1)%places([(min(q, m), q=1, joints%n_nodes)], 1)
       do s = 1, 2
-        joints%place(:, 1 + s, cell) = strips(s)%places([(min(q, m), q=1, joints%n_nodes)], 2)
+        cells%place(:, 1 + s, cell) = strips(s)%places([(min(q, m), q=1, joints%n_nodes)], 2)
       end do
       do q = 1, joints%n_points
         from = min(q, rule%n)

@@ -4,25 +4,27 @@ module shell_joints
   use kinds, only: wp
   use text, only: to_text
   use state_store, only: state_store_t, carry, carry_field
-  use knot_vector, only: max_degree
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use patch_seams, only: seams_t, collect, sum_groups, distribute
-  use element, only: part_t, force_report_t
+  use element, only: part_t, force_report_t, motion_t
   implicit none
   private
 
   public :: add_joint_forces, set_rest, set_stiffness, largest_bound, joint_words, carry_joints
-
-  integer, parameter, public :: most_nodes = max_degree + 1   !! of a row of an element
 
   !> Springs, eight elements of lines side by side; lanes that fill the last block up have no
   !! stiffness. Rows 1 to 3 of an element: the line, and the next row of either side.
   type, public :: shell_joints_t
     integer :: n_lines = 0, n_cells = 0      !! a cell: an element of a line
     integer :: n_nodes = 0, n_points = 0     !! of a row, of a cell; most of all lines
-    integer, allocatable :: part(:, :)       !! of the rows, shape (3, n_cells)
-    integer, allocatable :: place(:, :, :)   !! control points (nodes, 3, n_cells), axis 1 fastest
+    !> Control points that springs move, those of part p from start(p) to start(p + 1) - 1: their
+    !! places, axis 1 fastest, and positions (n, 3). Of seams every part has its own.
+    integer, allocatable :: start(:), place(:)
+    real(wp), allocatable :: x(:, :)
+    integer, allocatable :: node(:, :, :, :) !! of these, shape (8, nodes, 3 rows, n_blocks)
+    !> Where in `forces` the first components on control point i are: share(first(i)) and on.
+    integer, allocatable :: first(:), share(:)
     !> Weights of the control points in the tangent of the line (nodes, points), shape
     !! (8, nodes, points, n_blocks).
     real(wp), allocatable :: along(:, :, :, :)
@@ -38,16 +40,16 @@ module shell_joints
     real(wp), allocatable :: energies(:)           !! of the blocks
   end type shell_joints_t
 
-  !> How the sides turn: the change of the angle is the sum of `turn(side)` times the motion of the
-  !! tangents away from the line, and of `lean` times that of the tangent along it.
+  !> The angle at a point of eight cells and how it changes: by `turn` of a side times the motion of
+  !! its tangent away from the line, and by `lean` times that of the tangent along it.
   type :: turn_t
-    real(wp) :: cosine(n_lanes), sine(n_lanes)     !! of the angle
+    real(wp) :: cosine(n_lanes), sine(n_lanes)
     real(wp) :: turn(n_lanes, 3, 2), lean(n_lanes, 3)
   end type turn_t
 
-  !> A sum over springs at each control point of a part, over the mass there.
+  !> A number at each control point of a part.
   type :: sums_t
-    real(wp), allocatable :: per_mass(:)
+    real(wp), allocatable :: at(:)
   end type sums_t
 
 contains
@@ -56,14 +58,16 @@ contains
   subroutine set_rest(joints, parts)
     type(shell_joints_t), intent(inout) :: joints
     type(part_t), intent(in) :: parts(:)
-    real(wp) :: u(n_lanes, most_nodes, 3, 3)
+    real(wp) :: u(n_lanes, joints%n_nodes, 3, 3)
     type(turn_t) :: turn
     integer :: q, b
 
+    call gather(joints, parts, 0.0_wp)
     do b = 1, size(joints%energies)
-      call gather(joints, parts, 0.0_wp, b, u)
+      call read_block(joints%n_nodes, size(joints%x, 1), joints%node(:, :, :, b), joints%x, u)
       do q = 1, joints%n_points
-        turn = turn_of(joints, u, q, b)
+        call find_turn(joints%n_nodes, joints%along(:, :, q, b), joints%near(:, :, :, q, b), &
+                       joints%far(:, :, :, q, b), u, turn)
         joints%rest(:, 1, q, b) = turn%cosine
         joints%rest(:, 2, q, b) = turn%sine
       end do
@@ -80,16 +84,21 @@ contains
     type(force_report_t), intent(inout) :: report
     integer, parameter :: worth = 16                ! blocks; fewer are not worth waking threads
     real(wp) :: before, ahead
-    integer :: b
+    integer :: b, p
 
     if (joints%n_cells == 0) return
     ahead = merge(dt, 0.0_wp, is_trial)
+    call gather(joints, parts, ahead)
     !$omp parallel do schedule(static) if (size(joints%energies) > worth)
     do b = 1, size(joints%energies)
-      call work_block(joints, parts, ahead, b)
+      call work_block(joints, b)
     end do
     !$omp end parallel do
-    call scatter(joints, parts)
+    do p = 1, size(parts)
+      associate (force => parts(p)%element%motion%internal_force)
+        call scatter(size(force)/3, size(joints%forces), joints, p, joints%forces, force)
+      end associate
+    end do
     if (is_trial) return
     before = joints%energy
     joints%energy = sum(joints%energies)
@@ -97,115 +106,155 @@ contains
   end subroutine add_joint_forces
 
   !> Forces and energy of a block.
-  subroutine work_block(joints, parts, ahead, b)
+  subroutine work_block(joints, b)
     type(shell_joints_t), intent(inout) :: joints
-    type(part_t), intent(in) :: parts(:)
-    real(wp), intent(in) :: ahead          !! time to which positions are carried on [time]
     integer, intent(in) :: b
-    real(wp) :: u(n_lanes, most_nodes, 3, 3), moment(n_lanes), s(n_lanes), c(n_lanes)
-    type(turn_t) :: turn
+    real(wp) :: u(n_lanes, joints%n_nodes, 3, 3)
     integer :: q
 
-    call gather(joints, parts, ahead, b, u)
+    call read_block(joints%n_nodes, size(joints%x, 1), joints%node(:, :, :, b), joints%x, u)
     joints%energies(b) = 0.0_wp
     joints%forces(:, :, :, :, b) = 0.0_wp
     do q = 1, joints%n_points
-      turn = turn_of(joints, u, q, b)
-      associate (rest => joints%rest(:, :, q, b))
-        s = turn%sine*rest(:, 1) - turn%cosine*rest(:, 2)
-        c = turn%cosine*rest(:, 1) + turn%sine*rest(:, 2)
-      end associate
-      moment = joints%stiffness(:, q, b)*s
-      ! 1 - c, without the loss of digits at small angles
-      joints%energies(b) = joints%energies(b) + sum(joints%stiffness(:, q, b) &
-        *merge(s**2/(1.0_wp + max(c, 0.0_wp)), 1.0_wp - c, c > 0.0_wp))
-      call expand(joints, turn, moment, q, b, joints%forces(:, :, :, :, b))
+      call work_point(joints%n_nodes, joints%along(:, :, q, b), joints%near(:, :, :, q, b), &
+                      joints%far(:, :, :, q, b), joints%rest(:, :, q, b), &
+                      joints%stiffness(:, q, b), u, joints%forces(:, :, :, :, b), &
+                      joints%energies(b))
     end do
   end subroutine work_block
 
-  !> Positions of the control points of a block, from the first of each cell's line on.
-  subroutine gather(joints, parts, ahead, b, u)
-    type(shell_joints_t), intent(in) :: joints
-    type(part_t), intent(in) :: parts(:)
-    real(wp), intent(in) :: ahead
-    integer, intent(in) :: b
-    real(wp), intent(out) :: u(n_lanes, most_nodes, 3, 3)
-    integer :: l, row, cell, i, c
+  !> The share of a point of each cell.
+  pure subroutine work_point(m, along, near, far, rest, stiffness, u, force, energy)
+    integer, intent(in) :: m               !! control points of a row
+    real(wp), intent(in) :: along(n_lanes, m), near(n_lanes, m, 2), far(n_lanes, m, 2)
+    real(wp), intent(in) :: rest(n_lanes, 2), stiffness(n_lanes), u(n_lanes, m, 3, 3)
+    real(wp), intent(inout) :: force(n_lanes, m, 3, 3), energy
+    type(turn_t) :: turn
+    real(wp) :: s, c, moment(n_lanes), stored(n_lanes)
+    integer :: l
 
+    call find_turn(m, along, near, far, u, turn)
+    !$omp simd private(s, c)
     do l = 1, n_lanes
-      cell = min(n_lanes*(b - 1) + l, joints%n_cells)
-      do row = 1, 3
-        associate (motion => parts(joints%part(row, cell))%element%motion)
-          call pick(size(motion%x)/3, joints%n_nodes, joints%place(:, row, cell), ahead, motion%x, &
-                    motion%v, u(l, :, :, row))
-        end associate
-      end do
+      s = turn%sine(l)*rest(l, 1) - turn%cosine(l)*rest(l, 2)
+      c = turn%cosine(l)*rest(l, 1) + turn%sine(l)*rest(l, 2)
+      moment(l) = stiffness(l)*s
+      ! 1 - c, without the loss of digits at small angles
+      stored(l) = stiffness(l)*merge(s**2/(1.0_wp + abs(c)), 1.0_wp - c, c > 0.0_wp)
     end do
-    do row = 3, 1, -1
-      do c = 1, 3
-        do i = joints%n_nodes, 1, -1
-          u(:, i, c, row) = u(:, i, c, row) - u(:, 1, c, 1)
-        end do
-      end do
+    energy = energy + sum(stored)
+    call expand(m, along, near, far, turn, moment, force)
+  end subroutine work_point
+
+  !> Positions of all control points that springs move.
+  subroutine gather(joints, parts, ahead)
+    type(shell_joints_t), intent(inout) :: joints
+    type(part_t), intent(in) :: parts(:)
+    real(wp), intent(in) :: ahead          !! time to which positions are carried on [time]
+    integer :: p
+
+    do p = 1, size(parts)
+      associate (first => joints%start(p), last => joints%start(p + 1) - 1)
+        call gather_part(joints%place(first:last), ahead, parts(p)%element%motion, &
+                         joints%x(first:last, :))
+      end associate
     end do
   end subroutine gather
 
-  pure subroutine pick(n, m, places, ahead, x, v, u)
-    integer, intent(in) :: n, m, places(m)
-    real(wp), intent(in) :: ahead, x(n, 3), v(n, 3)
-    real(wp), intent(inout) :: u(:, :)
+  pure subroutine gather_part(places, ahead, motion, x)
+    integer, intent(in) :: places(:)
+    real(wp), intent(in) :: ahead
+    type(motion_t), intent(in) :: motion
+    real(wp), intent(inout) :: x(:, :)
+    integer :: i, j, k, n
 
-    u(:m, :) = x(places, :)
-    if (ahead > 0.0_wp) u(:m, :) = u(:m, :) + ahead*v(places, :)
-  end subroutine pick
+    n = size(motion%x, 1)
+    do k = 1, size(places)
+      j = (places(k) - 1)/n + 1
+      i = places(k) - n*(j - 1)
+      x(k, :) = motion%x(i, j, 1, :)
+      if (ahead > 0.0_wp) x(k, :) = x(k, :) + ahead*motion%v(i, j, 1, :)
+    end do
+  end subroutine gather_part
 
-  !> The angle at a point of each cell of a block, and how it changes.
-  pure function turn_of(joints, u, q, b) result(turn)
-    type(shell_joints_t), intent(in) :: joints
-    real(wp), intent(in) :: u(n_lanes, most_nodes, 3, 3)
-    integer, intent(in) :: q, b
-    type(turn_t) :: turn
-    real(wp) :: t(n_lanes, 3), g(n_lanes, 3, 2), away(n_lanes, 3, 2)
-    integer :: i, c, s
+  !> Positions of the control points of a block, seen from one of them.
+  pure subroutine read_block(m, n, node, x, u)
+    integer, intent(in) :: m, n, node(n_lanes, m, 3)
+    real(wp), intent(in) :: x(n, 3)
+    real(wp), intent(out) :: u(n_lanes, m, 3, 3)
+    real(wp) :: from(3)
+    integer :: l, i, row
 
-    t = 0.0_wp
-    g = 0.0_wp
-    do c = 1, 3
-      do i = 1, joints%n_nodes
-        t(:, c) = t(:, c) + joints%along(:, i, q, b)*u(:, i, c, 1)
-        do s = 1, 2
-          g(:, c, s) = g(:, c, s) + joints%near(:, i, s, q, b)*u(:, i, c, 1) &
-                       + joints%far(:, i, s, q, b)*u(:, i, c, 1 + s)
+    from = x(node(1, 1, 1), :)
+    do row = 1, 3
+      do i = 1, m
+        !$omp simd
+        do l = 1, n_lanes
+          u(l, i, 1, row) = x(node(l, i, row), 1) - from(1)
+          u(l, i, 2, row) = x(node(l, i, row), 2) - from(2)
+          u(l, i, 3, row) = x(node(l, i, row), 3) - from(3)
         end do
       end do
     end do
+  end subroutine read_block
+
+  !> The angle at a point of each cell of a block, and how it changes.
+  pure subroutine find_turn(m, along, near, far, u, turn)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: along(n_lanes, m), near(n_lanes, m, 2), far(n_lanes, m, 2)
+    real(wp), intent(in) :: u(n_lanes, m, 3, 3)
+    type(turn_t), intent(out) :: turn
+    real(wp) :: t(n_lanes, 3), g(n_lanes, 3, 2), away(n_lanes, 3, 2), per(n_lanes)
+    integer :: i, c, s, l
+
+    t = 0.0_wp
+    g = 0.0_wp
+    do i = 1, m
+      do c = 1, 3
+        !$omp simd
+        do l = 1, n_lanes
+          t(l, c) = t(l, c) + along(l, i)*u(l, i, c, 1)
+          g(l, c, 1) = g(l, c, 1) + near(l, i, 1)*u(l, i, c, 1) + far(l, i, 1)*u(l, i, c, 2)
+          g(l, c, 2) = g(l, c, 2) + near(l, i, 2)*u(l, i, c, 1) + far(l, i, 2)*u(l, i, c, 3)
+        end do
+      end do
+    end do
+    !$omp simd
+    do l = 1, n_lanes
+      per(l) = 1.0_wp/sqrt(t(l, 1)**2 + t(l, 2)**2 + t(l, 3)**2)
+      t(l, 1) = per(l)*t(l, 1)
+      t(l, 2) = per(l)*t(l, 2)
+      t(l, 3) = per(l)*t(l, 3)
+    end do
     turn%lean = 0.0_wp
     do s = 1, 2
-      call side_turn(t, g(:, :, s), merge(-1.0_wp, 1.0_wp, s == 1), away(:, :, s), &
+      call find_side(t, per, g(:, :, s), merge(-1.0_wp, 1.0_wp, s == 1), away(:, :, s), &
                      turn%turn(:, :, s), turn%lean)
     end do
-    associate (a => away(:, :, 1), d => away(:, :, 2))
-      turn%cosine = -(a(:, 1)*d(:, 1) + a(:, 2)*d(:, 2) + a(:, 3)*d(:, 3))
-      turn%sine = -(t(:, 1)*(a(:, 2)*d(:, 3) - a(:, 3)*d(:, 2)) &
-                    + t(:, 2)*(a(:, 3)*d(:, 1) - a(:, 1)*d(:, 3)) &
-                    + t(:, 3)*(a(:, 1)*d(:, 2) - a(:, 2)*d(:, 1))) &
-                  /sqrt(t(:, 1)**2 + t(:, 2)**2 + t(:, 3)**2)
-    end associate
-  end function turn_of
+    !$omp simd
+    do l = 1, n_lanes
+      turn%cosine(l) = -(away(l, 1, 1)*away(l, 1, 2) + away(l, 2, 1)*away(l, 2, 2) &
+                         + away(l, 3, 1)*away(l, 3, 2))
+      turn%sine(l) = -(t(l, 1)*(away(l, 2, 1)*away(l, 3, 2) - away(l, 3, 1)*away(l, 2, 2)) &
+                       + t(l, 2)*(away(l, 3, 1)*away(l, 1, 2) - away(l, 1, 1)*away(l, 3, 2)) &
+                       + t(l, 3)*(away(l, 1, 1)*away(l, 2, 2) - away(l, 2, 1)*away(l, 1, 2)))
+    end do
+  end subroutine find_turn
 
   !> Unit vector across the line in a side, and what turns it about the line.
-  pure subroutine side_turn(t, g, sign, away, turn, lean)
-    real(wp), intent(in) :: t(n_lanes, 3), g(n_lanes, 3)   !! tangents along the line, away from it
-    real(wp), intent(in) :: sign                           !! with which the side counts
+  pure subroutine find_side(t, per_length, g, sign, away, turn, lean)
+    real(wp), intent(in) :: t(n_lanes, 3)            !! unit vector along the line
+    real(wp), intent(in) :: per_length(n_lanes)      !! one over the length of that tangent
+    real(wp), intent(in) :: g(n_lanes, 3)            !! tangent away from the line
+    real(wp), intent(in) :: sign                     !! with which the side counts
     real(wp), intent(out) :: away(n_lanes, 3), turn(n_lanes, 3)
     real(wp), intent(inout) :: lean(n_lanes, 3)
-    real(wp) :: per_tt, lift, a1, a2, a3, per, factor
+    real(wp) :: lift, a1, a2, a3, per, factor
     integer :: l
 
-    !$omp simd private(per_tt, lift, a1, a2, a3, per, factor)
+    !$omp simd private(lift, a1, a2, a3, per, factor)
     do l = 1, n_lanes
-      per_tt = 1.0_wp/(t(l, 1)**2 + t(l, 2)**2 + t(l, 3)**2)
-      lift = (g(l, 1)*t(l, 1) + g(l, 2)*t(l, 2) + g(l, 3)*t(l, 3))*per_tt
+      lift = g(l, 1)*t(l, 1) + g(l, 2)*t(l, 2) + g(l, 3)*t(l, 3)
       a1 = g(l, 1) - lift*t(l, 1)
       a2 = g(l, 2) - lift*t(l, 2)
       a3 = g(l, 3) - lift*t(l, 3)
@@ -213,7 +262,8 @@ contains
       away(l, 1) = a1*per
       away(l, 2) = a2*per
       away(l, 3) = a3*per
-      factor = sign*per*sqrt(per_tt)
+      factor = sign*per
+      lift = lift*per_length(l)
       turn(l, 1) = factor*(t(l, 2)*away(l, 3) - t(l, 3)*away(l, 2))
       turn(l, 2) = factor*(t(l, 3)*away(l, 1) - t(l, 1)*away(l, 3))
       turn(l, 3) = factor*(t(l, 1)*away(l, 2) - t(l, 2)*away(l, 1))
@@ -221,62 +271,59 @@ contains
       lean(l, 2) = lean(l, 2) - lift*turn(l, 2)
       lean(l, 3) = lean(l, 3) - lift*turn(l, 3)
     end do
-  end subroutine side_turn
+  end subroutine find_side
 
   !> Add what a moment at a point of each cell brings to the control points.
-  pure subroutine expand(joints, turn, moment, q, b, force)
-    type(shell_joints_t), intent(in) :: joints
+  pure subroutine expand(m, along, near, far, turn, moment, force)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: along(n_lanes, m), near(n_lanes, m, 2), far(n_lanes, m, 2)
     type(turn_t), intent(in) :: turn
     real(wp), intent(in) :: moment(n_lanes)
-    integer, intent(in) :: q, b
-    real(wp), intent(inout) :: force(:, :, :, :)
-    integer :: i, c, s
+    real(wp), intent(inout) :: force(n_lanes, m, 3, 3)
+    real(wp) :: lean, one, two
+    integer :: i, c, l
 
     do c = 1, 3
-      do i = 1, joints%n_nodes
-        force(:, i, c, 1) = force(:, i, c, 1) + moment*(joints%along(:, i, q, b)*turn%lean(:, c) &
-          + joints%near(:, i, 1, q, b)*turn%turn(:, c, 1) &
-          + joints%near(:, i, 2, q, b)*turn%turn(:, c, 2))
-        do s = 1, 2
-          force(:, i, c, 1 + s) = force(:, i, c, 1 + s) &
-                                  + moment*joints%far(:, i, s, q, b)*turn%turn(:, c, s)
+      do i = 1, m
+        !$omp simd private(lean, one, two)
+        do l = 1, n_lanes
+          lean = moment(l)*turn%lean(l, c)
+          one = moment(l)*turn%turn(l, c, 1)
+          two = moment(l)*turn%turn(l, c, 2)
+          force(l, i, c, 1) = force(l, i, c, 1) + along(l, i)*lean + near(l, i, 1)*one &
+                              + near(l, i, 2)*two
+          force(l, i, c, 2) = force(l, i, c, 2) + far(l, i, 1)*one
+          force(l, i, c, 3) = force(l, i, c, 3) + far(l, i, 2)*two
         end do
       end do
     end do
   end subroutine expand
 
-  !> Forces of all cells in their order onto the internal forces. Those on the line go to the patch
-  !! of its first side: what meets at seams is summed up afterwards.
-  subroutine scatter(joints, parts)
+  !> Add up the forces on each control point of a part, in the order of the cells.
+  pure subroutine scatter(n, n_shares, joints, p, shares, force)
+    integer, intent(in) :: n, n_shares
     type(shell_joints_t), intent(in) :: joints
-    type(part_t), intent(inout) :: parts(:)
-    integer :: cell, row, l, b
+    integer, intent(in) :: p
+    real(wp), intent(in) :: shares(n_shares)         !! the forces of the cells
+    real(wp), intent(inout) :: force(n, 3)
+    real(wp) :: total(3)
+    integer :: k, i, step
 
-    do cell = 1, joints%n_cells
-      b = (cell - 1)/n_lanes + 1
-      l = cell - n_lanes*(b - 1)
-      do row = 1, 3
-        associate (f => parts(joints%part(row, cell))%element%motion%internal_force)
-          call put(size(f)/3, joints%n_nodes, joints%place(:, row, cell), &
-                   joints%forces(l, :, :, row, b), f)
+    step = n_lanes*joints%n_nodes                    ! from one component to the next
+    do k = joints%start(p), joints%start(p + 1) - 1
+      total = 0.0_wp
+      do i = joints%first(k), joints%first(k + 1) - 1
+        associate (at => joints%share(i))
+          total(1) = total(1) + shares(at)
+          total(2) = total(2) + shares(at + step)
+          total(3) = total(3) + shares(at + 2*step)
         end associate
       end do
+      force(joints%place(k), 1) = force(joints%place(k), 1) + total(1)
+      force(joints%place(k), 2) = force(joints%place(k), 2) + total(2)
+      force(joints%place(k), 3) = force(joints%place(k), 3) + total(3)
     end do
   end subroutine scatter
-
-  !> Places that fill a shorter row up repeat one with a force of zero.
-  pure subroutine put(n, m, places, f, force)
-    integer, intent(in) :: n, m, places(m)
-    real(wp), intent(in) :: f(:, :)
-    real(wp), intent(inout) :: force(n, 3)
-    integer :: i, c
-
-    do c = 1, 3
-      do i = 1, m
-        force(places(i), c) = force(places(i), c) + f(i, c)
-      end do
-    end do
-  end subroutine put
 
   !> As stiff as serves, or less: each spring alone, on the part of the masses that is left to it by
   !! those that share them, has at most this square of an angular frequency.
@@ -318,22 +365,21 @@ contains
     type(part_t), intent(in) :: parts(:)
     type(seams_t), intent(in) :: seams
     real(wp), allocatable :: bounds(:, :, :)    !! shape of the stiffness
-    type(sums_t) :: sums(size(parts))
+    real(wp) :: per_mass(size(joints%place))
     real(wp), allocatable :: levers(:, :, :, :, :)
-    integer :: q, b, l, cell, row, i
+    integer :: q, b, l, row, i
 
-    bounds = 0.0_wp*joints%stiffness
-    levers = levers_of(joints, parts)
-    sums = sums_of(joints, parts, seams, levers)
+    allocate (bounds, mold=joints%stiffness)
+    bounds = 0.0_wp
+    levers = levers_of(joints)
+    per_mass = sums_of(joints, parts, seams, levers)
     do b = 1, size(bounds, 3)
       do q = 1, joints%n_points
-        do l = 1, n_lanes
-          cell = n_lanes*(b - 1) + l
-          if (cell > joints%n_cells) cycle
-          do row = 1, 3
-            do i = 1, joints%n_nodes
-              bounds(l, q, b) = bounds(l, q, b) + levers(l, i, row, q, b) &
-                *sums(joints%part(row, cell))%per_mass(joints%place(i, row, cell))
+        do row = 1, 3
+          do i = 1, joints%n_nodes
+            do l = 1, n_lanes
+              if (joints%stiffness(l, q, b) > 0.0_wp) bounds(l, q, b) = bounds(l, q, b) &
+                + levers(l, i, row, q, b)*per_mass(joints%node(l, i, row, b))
             end do
           end do
         end do
@@ -341,57 +387,68 @@ contains
     end do
   end function bounds_of
 
-  !> Stiffness times lever of all springs at a control point over the mass there, by part.
-  function sums_of(joints, parts, seams, levers) result(sums)
+  !> Stiffness times lever of all springs at a control point, over the mass there.
+  function sums_of(joints, parts, seams, levers) result(per_mass)
     type(shell_joints_t), intent(in) :: joints
     type(part_t), intent(in) :: parts(:)
     type(seams_t), intent(in) :: seams
     real(wp), intent(in) :: levers(:, :, :, :, :)
+    real(wp) :: per_mass(size(joints%place))
     type(sums_t) :: sums(size(parts))
     type(seams_t) :: shared
-    integer :: p, b, l, cell, row, i
+    integer :: p, b, l, row, i
 
-    do p = 1, size(parts)
-      allocate (sums(p)%per_mass(size(parts(p)%element%mass)), source=0.0_wp)
-    end do
-    do cell = 1, joints%n_cells
-      b = (cell - 1)/n_lanes + 1
-      l = cell - n_lanes*(b - 1)
+    per_mass = 0.0_wp
+    do b = 1, size(joints%energies)
       do row = 1, 3
         do i = 1, joints%n_nodes
-          associate (at => sums(joints%part(row, cell))%per_mass(joints%place(i, row, cell)))
-            at = at + sum(joints%stiffness(l, :, b)*levers(l, i, row, :, b))
-          end associate
+          do l = 1, n_lanes
+            associate (at => per_mass(joints%node(l, i, row, b)))
+              at = at + sum(joints%stiffness(l, :, b)*levers(l, i, row, :, b))
+            end associate
+          end do
         end do
       end do
     end do
     shared = seams
     do p = 1, size(parts)
-      call collect(shared, p, size(sums(p)%per_mass), 1, sums(p)%per_mass)
+      allocate (sums(p)%at(size(parts(p)%element%mass)), source=0.0_wp)
+      associate (own => joints%place(joints%start(p):joints%start(p + 1) - 1))
+        sums(p)%at(own) = per_mass(joints%start(p):joints%start(p + 1) - 1)
+      end associate
+      call collect(shared, p, size(sums(p)%at), 1, sums(p)%at)
     end do
     call sum_groups(shared, 1)
     do p = 1, size(parts)
-      call distribute(shared, p, size(sums(p)%per_mass), 1, sums(p)%per_mass)
-      sums(p)%per_mass = sums(p)%per_mass/[parts(p)%element%inertia]
+      call distribute(shared, p, size(sums(p)%at), 1, sums(p)%at)
+      sums(p)%at = sums(p)%at/[parts(p)%element%inertia]
+      associate (own => joints%place(joints%start(p):joints%start(p + 1) - 1))
+        per_mass(joints%start(p):joints%start(p + 1) - 1) = sums(p)%at(own)
+      end associate
     end do
   end function sums_of
 
-  !> By how much the angle at a point changes with the motion of a control point, at most; (8,
-  !! nodes, rows, points, n_blocks) [1/length].
-  function levers_of(joints, parts) result(levers)
+  !> By how much the angle at a point changes with the motion of a control point, at most, in the
+  !! shape that was gathered last; (8, nodes, rows, points, n_blocks) [1/length].
+  function levers_of(joints) result(levers)
     type(shell_joints_t), intent(in) :: joints
-    type(part_t), intent(in) :: parts(:)
     real(wp), allocatable :: levers(:, :, :, :, :)
-    real(wp) :: u(n_lanes, most_nodes, 3, 3), one(n_lanes, joints%n_nodes, 3, 3), moment(n_lanes)
+    real(wp), dimension(n_lanes, joints%n_nodes, 3, 3) :: u, one
+    real(wp) :: moment(n_lanes)
+    type(turn_t) :: turn
     integer :: q, b
 
     allocate (levers(n_lanes, joints%n_nodes, 3, joints%n_points, size(joints%energies)))
     moment = 1.0_wp
     do b = 1, size(joints%energies)
-      call gather(joints, parts, 0.0_wp, b, u)
+      call read_block(joints%n_nodes, size(joints%x, 1), joints%node(:, :, :, b), joints%x, u)
       do q = 1, joints%n_points
         one = 0.0_wp
-        call expand(joints, turn_of(joints, u, q, b), moment, q, b, one)
+        associate (m => joints%n_nodes, along => joints%along(:, :, q, b), &
+                   near => joints%near(:, :, :, q, b), far => joints%far(:, :, :, q, b))
+          call find_turn(m, along, near, far, u, turn)
+          call expand(m, along, near, far, turn, moment, one)
+        end associate
         levers(:, :, :, q, b) = sqrt(sum(one**2, 3))
       end do
     end do
