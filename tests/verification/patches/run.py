@@ -109,9 +109,14 @@ def cup(igaform, decks, folder, _):
 
 
 def disk(igaform, _, folder, inputs):
-    """A pressed disk stays symmetric, the same for 1 to 4 threads, its quarter does alike."""
-    deck = os.path.join(inputs, "disk_punch.key")
-    short = {"depth": 2, "n": 3}
+    """A pressed disk stays symmetric, the same for 1 to 4 threads, its quarter does alike; as a
+    shell too, whose seams pass moments."""
+    for element in ("SOLID", "SHELL"):
+        check_disk(igaform, os.path.join(inputs, "disk_punch.key"), folder,
+                   {"depth": 2, "n": 3, "element": element})
+
+
+def check_disk(igaform, deck, folder, short):
     first = run(igaform, deck, folder, "one", 1, **short)
     for threads in (2, 3, 4):
         other = run(igaform, deck, folder, f"threads_{threads}", threads, **short)

@@ -29,6 +29,7 @@ DECKS = (
     (PROJECT / "tests/verification/contact/slider.key", "", "contact, wear of the tool"),
     (VERIFICATION / "clamped_plate.key", "n=4", "pressure, dynamic relaxation"),
     ("press and release", "", "several patches, a moving tool, a draw bead, two steps of the deck"),
+    ("press and release", "element=SHELL", "joints of shells"),
 )
 
 

@@ -1,0 +1,53 @@
+"""Joints of shells that pass moments: a disk of five patches, and a strip bent into its plastic range.
+
+Kirchhoff's plate of the radius R has the lowest frequency lambda/R^2 sqrt(D/(rho t)), lambda =
+10.2158 clamped and 4.9351 simply supported with a Poisson's ratio of 0.3 (A. W. Leissa, Vibration
+of Plates, NASA SP-160, 1969). The strip has a knot as often as the degree where the moment is
+largest; the reference is the same strip without it.
+"""
+import numpy as np
+from suite import Case
+
+E, NU, DENSITY, RADIUS, THICKNESS = 210000.0, 0.3, 7.85e-9, 50.0, 1.0
+LAMBDA = {"ENCASTRE": 10.2158, "PINNED": 4.9351}
+RATIO = 2.081          # of the second frequency to the first, clamped
+
+
+def exact(support):
+    """Lowest frequency of the disk [1/time]."""
+    rigidity = E * THICKNESS**3 / (12 * (1 - NU**2))
+    return (LAMBDA[support] / RADIUS**2 * np.sqrt(rigidity / (DENSITY * THICKNESS))
+            / (2 * np.pi))
+
+
+def sag(case, **settings):
+    """Deflection of the middle of the strip at rest [mm]."""
+    return case.run("joined_strip", **settings).probes["middle"]["displacement"][-1, 2]
+
+
+def main():
+    case = Case("Joints of shells: disk of five patches, strip in its plastic range",
+                "Leissa (1969); the strip without a joint")
+    lines = []
+    for support in LAMBDA:
+        meshes = (2, 4, 6) if case.is_long else (2, 4)
+        found = np.array([case.modes("disk_modes", 2, n=n, support=support) for n in meshes])
+        errors = found[:, 0] / exact(support) - 1
+        case.deviation(f"disk, {support}, lowest frequency, {meshes[-1]} elements along an eighth",
+                       errors[-1], 0.02 * (4 / meshes[-1]))
+        case.rate(f"disk, {support}, rate", [RADIUS / n for n in meshes], errors, 0.9)
+        if support == "ENCASTRE":
+            case.error("disk, ENCASTRE, second frequency over the first",
+                       found[-1, 1] / found[-1, 0], RATIO, 0.02)
+        lines.append((support, "o-", meshes, np.abs(errors)))
+    hinged = case.modes("disk_modes", 1, n=4, joints="HINGED")[0]
+    case.between("disk, ENCASTRE, hinged seams: frequency over that of the plate",
+                 hinged / exact("ENCASTRE"), 0, 0.9)
+    for load in (0.1, 0.32):
+        case.error(f"strip, pressure {load} MPa, deflection [mm]", sag(case, load=load),
+                   sag(case, load=load, knot=0.3), 0.01)
+    case.panel("elements along an eighth of the circle", "error of the frequency", lines, "log")
+    case.finish()
+
+
+main()
