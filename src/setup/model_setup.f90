@@ -120,6 +120,7 @@ contains
     type(model_t), intent(in) :: model
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: many = 1.0e9_wp
+    real(wp), parameter :: soft = 2.5_wp    ! elements
     real(wp) :: n_steps
 
     if (.not. (ieee_is_finite(model%stable_step) .and. ieee_is_finite(model%rate) &
@@ -129,6 +130,12 @@ contains
                      to_text(model%stable_step)//")", "values in consistent units")
       return
     end if
+    associate (softness => model%bodies%blank%joints%softness)
+      if (softness > soft) call add_warning(errors, scene%blank%origin, "joints of shells that "// &
+        "turn as much as "//rounded_text(softness)//" elements bend, for a stiffer one would "// &
+        "shorten the time increment", "elements along the joints that are at least as long as "// &
+        "the sheet is thick")
+    end associate
     if (model%step%safety > 1.0_wp) call add_warning(errors, scene%step%origin, &
       "SCALE FACTOR="//to_text(model%step%safety)//", above the stable time increment", &
       "at most 1")

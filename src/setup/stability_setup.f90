@@ -26,8 +26,9 @@ module stability_setup
   public :: share_penalties
 
   !> Shares of the square of a blank's largest frequency that its joints may have, tried one after
-  !! the other until the frequency of both is larger by no more than this factor.
-  real(wp), parameter :: joint_shares(5) = [0.8_wp, 0.6_wp, 0.35_wp, 0.15_wp, 0.05_wp]
+  !! the other until the frequency of both is larger by no more than this factor; the last one
+  !! serves in any case.
+  real(wp), parameter :: joint_shares(4) = [0.8_wp, 0.6_wp, 0.35_wp, 0.15_wp]
   real(wp), parameter :: joint_cost = 1.03_wp
 
 contains

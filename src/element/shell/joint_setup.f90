@@ -8,14 +8,11 @@ module joint_setup
   use basis_tables, only: n_lanes
   use element, only: part_t
   use joint_lines, only: side_t, joint_line_t, find_joint_lines
-  use shell_joints, only: shell_joints_t, set_rest
+  use shell_joints, only: shell_joints_t, set_rest, firmness
   implicit none
   private
 
   public :: new_shell_joints
-
-  !> A spring turns by what a strip of the sheet does that is so much shorter than the elements.
-  real(wp), parameter :: firmness = 100.0_wp
 
   !> The sheet beside an element of a line: of the line's control points and those next to them,
   !! and of its points of integration. All run as the first side of the line does.

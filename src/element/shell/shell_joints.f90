@@ -2,7 +2,7 @@
 !! at which the mid-surface has no slope in common. docs/shells.md has the formulas.
 module shell_joints
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, rounded_text
   use state_store, only: state_store_t, carry, carry_field
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
@@ -12,6 +12,10 @@ module shell_joints
   private
 
   public :: add_joint_forces, set_rest, set_stiffness, largest_bound, joint_words, carry_joints
+
+  !> A spring turns by what a strip of the sheet does that is so much shorter than the elements, if
+  !! the time increment allows it.
+  real(wp), parameter, public :: firmness = 100.0_wp
 
   !> Springs, eight elements of lines side by side; lanes that fill the last block up have no
   !! stiffness. Rows 1 to 3 of an element: the line, and the next row of either side.
@@ -35,6 +39,8 @@ module shell_joints
     !> Moment per radian of the share of a point [force length], (8, points, n_blocks); and the
     !! most that serves, of a modulus of one.
     real(wp), allocatable :: stiffness(:, :, :), nominal(:, :, :)
+    !> Length of the sheet that bends as much as the softest one turns, in elements across the line.
+    real(wp) :: softness = 0.0_wp
     real(wp) :: energy = 0.0_wp                    !! stored now
     real(wp), allocatable :: forces(:, :, :, :, :) !! of the cells (8, nodes, 3, 3 rows, n_blocks)
     real(wp), allocatable :: energies(:)           !! of the blocks
@@ -136,7 +142,8 @@ contains
     call find_turn(m, along, near, far, u, turn)
     !$omp simd private(s, c)
     do l = 1, n_lanes
-      s = turn%sine(l)*rest(l, 1) - turn%cosine(l)*rest(l, 2)
+      ! of the change, so that it is exactly zero at the start
+      s = (turn%sine(l) - rest(l, 2))*rest(l, 1) - (turn%cosine(l) - rest(l, 1))*rest(l, 2)
       c = turn%cosine(l)*rest(l, 1) + turn%sine(l)*rest(l, 2)
       moment(l) = stiffness(l)*s
       ! 1 - c, without the loss of digits at small angles
@@ -335,16 +342,19 @@ contains
     real(wp), intent(in) :: square           !! [1/time^2]
     integer, parameter :: n_passes = 3       ! neighbours that share masses soften each other
     real(wp), allocatable :: bounds(:, :, :)
+    real(wp) :: modulus
     integer :: pass
 
     if (joints%n_cells == 0) return
     associate (k => law%bulk, g => law%shear)
-      joints%stiffness = 4.0_wp*g*(3.0_wp*k + g)/(3.0_wp*k + 4.0_wp*g)*joints%nominal
+      modulus = 4.0_wp*g*(3.0_wp*k + g)/(3.0_wp*k + 4.0_wp*g)
     end associate
+    joints%stiffness = modulus*joints%nominal
     do pass = 1, n_passes
       bounds = bounds_of(joints, parts, seams)
       joints%stiffness = joints%stiffness*min(1.0_wp, square/max(bounds, tiny(1.0_wp)))
     end do
+    joints%softness = maxval(modulus*joints%nominal/max(joints%stiffness, tiny(1.0_wp)))/firmness
   end subroutine set_stiffness
 
   !> Bound from above of the square of the largest angular frequency that the springs alone would
@@ -461,7 +471,8 @@ contains
 
     words = ""
     if (joints%n_lines == 0) return
-    words = "that pass moments: "//to_text(joints%n_lines)
+    words = "that pass moments: "//to_text(joints%n_lines)//", the softest as "// &
+            rounded_text(joints%softness)//" of an element"
     if (joints%n_cells == 0) words = "left as hinges (JOINTS=HINGED): "//to_text(joints%n_lines)
   end function joint_words
 

@@ -1,4 +1,4 @@
-"""Joints of shells that pass moments: a disk of five patches, and a strip bent into its plastic range.
+"""Joints of shells that pass moments: a disk of five patches, a strip bent into its plastic range.
 
 Kirchhoff's plate of the radius R has the lowest frequency lambda/R^2 sqrt(D/(rho t)), lambda =
 10.2158 clamped and 4.9351 simply supported with a Poisson's ratio of 0.3 (A. W. Leissa, Vibration

@@ -3,8 +3,8 @@
 The hoop force follows from the pressure on the inner face, p a; the tube widens by
 p a R (1 - nu^2)/(E t). Inextensional vibration in plane strain with n waves has
 w^2 = E'/(rho R^4) t^2/12 n^2 (n^2 - 1)^2/(n^2 + 1) (A. E. H. Love, Mathematical Theory of
-Elasticity, 4th ed., 1927); the quarter holds n = 2, 4 ..., the half n = 2, 3 ... and a rigid motion.
-The half is of two arcs, between which a joint passes the moments.
+Elasticity, 4th ed., 1927); the quarter holds n = 2, 4 ... The half, two arcs with a joint between
+that passes moments, holds a rigid motion and n = 2, 3 ...
 """
 import numpy as np
 from suite import Case
@@ -46,8 +46,8 @@ def main():
     for p in (2, 3):
         half = case.modes("tube", 3, p=p, n=12, angle=180, end="YSYMM")[1:]
         for waves, found in zip((2, 3), half):
-            case.deviation(f"half of two arcs, frequency of {waves} waves, p = {p}, 12 elements each",
-                           found / exact(waves) - 1, 0.02)
+            case.deviation(f"half of two arcs, frequency of {waves} waves, p = {p}, 12 elements "
+                           "each", found / exact(waves) - 1, 0.02)
     case.panel("elements of a quarter", "error of the frequency", lines, "log")
     case.finish()
 
