@@ -7,7 +7,7 @@ module joint_lines
   implicit none
   private
 
-  public :: side_t, joint_line_t, find_joint_lines, hinge_knots
+  public :: side_t, joint_line_t, find_joint_lines
 
   !> The sheet on one side of a line: a row of control points, and the next one away from it.
   type :: side_t
