@@ -1,16 +1,17 @@
 !> A UMAT of a user as a block law, called point by point.
 !!
 !! What Abaqus keeps for it follows its own state variables: total strain (6) and the
-!! energies SSE, SPD, SCD (3).
+!! energies SSE, SPD, SCD (3). In the form for shells a call has the components 11, 22 and 12, which
+!! are the first of those that the UMAT is given and that are kept.
 module umat_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
-  use point_context, only: point_context_t
+  use point_context, only: point_context_t, number_in_plane, number_through
   use user_call, only: umat_procedure, name_length, user_law_t, first_point_t, set_user_law, &
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
                        mark, check_spare_states, enter_user_call, leave_user_call, &
-                       note_failure, end_user_run, uneven_stiffness, in_umat
+                       note_failure, end_user_run, uneven_stiffness, in_umat, space_words
   use user_fields, only: define_fields, update_output
   use tensor_rotation, only: rotate_by_spin
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity, &
@@ -24,11 +25,18 @@ module umat_adapter
   integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
   integer, parameter :: n_spare = 24         ! zeros after the state variables, see `slack`
 
+  integer, parameter :: in_space(6) = [1, 2, 3, 4, 5, 6], in_plane(3) = [1, 2, 4]   ! components
+
   !> A UMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: umat_adapter_t
     procedure(umat_procedure), pointer, nopass :: umat => null()
+    !> STRESS, DDSDDE and STATEV are in one array, a mark after each, so that a write past the end
+    !! of one is found: NTENS, and the places of the last two.
+    integer :: n_tens = 6
+    integer :: at_tangent = 6 + n_guard, at_states = 42 + 2*n_guard
   contains
     procedure :: update_in_context
+    procedure :: update_in_axes
     procedure :: stiffness_at_start
     procedure :: differs_without_gradients
   end type umat_adapter_t
@@ -36,6 +44,7 @@ module umat_adapter
   !> One increment of one point.
   type :: increment_t
     integer(c_int) :: element = 0, point = 0, number = 0, step(4) = [1, 0, 0, 0]
+    integer(c_int) :: in_layer = 1, layer = 1                      !! NPT, KSPT
     real(wp) :: times(2) = 0.0_wp, dt = 0.0_wp                     !! times: of the step, in all
     real(wp) :: temperature = 0.0_wp, heating = 0.0_wp             !! TEMP, DTEMP
     real(wp), dimension(most_fields + slack) :: fields = 0.0_wp, changes = 0.0_wp   !! PREDEF, DPRED
@@ -46,24 +55,63 @@ module umat_adapter
   integer, parameter :: at_dstrain = 1, at_rotation = 7, at_place = 16, at_f0 = 19, at_f1 = 28, &
                         at_length = 37, at_kept = 38
 
-  !> STRESS, DDSDDE and STATEV are in one array, a mark after each, so that a write past the end of
-  !! one is found: the places of the last two.
-  integer, parameter :: at_tangent = 6 + n_guard, at_states = at_tangent + 36 + n_guard
-
 contains
 
   !> Law from a UMAT, its name, its constants and the number of its state variables.
-  function new_umat_adapter(umat, name, density, props, n_statv) result(law)
+  function new_umat_adapter(umat, name, density, props, n_statv, is_plane) result(law)
     procedure(umat_procedure) :: umat
     character(*), intent(in) :: name                 !! CMNAME
     real(wp), intent(in) :: density, props(:)
     integer, intent(in) :: n_statv                   !! NSTATV
+    logical, intent(in), optional :: is_plane        !! in its form for shells
     type(umat_adapter_t) :: law
 
     call set_user_law(law, name, density, props, n_statv, n_kept)
     law%stiffness_source = "DDSDDE at the start"
     law%umat => umat
+    if (present(is_plane)) law%is_plane = is_plane
+    if (.not. law%is_plane) return
+    law%n_direct = 2
+    law%n_shear = 1
+    law%n_tens = 3
+    law%at_tangent = 3 + n_guard
+    law%at_states = 12 + 2*n_guard
   end function new_umat_adapter
+
+  !> The components of tensors in a call.
+  pure function components_of(self) result(components)
+    class(umat_adapter_t), intent(in) :: self
+    integer :: components(self%n_tens)
+
+    components = in_space(:self%n_tens)
+    if (self%is_plane) components = in_plane
+  end function components_of
+
+  !> The form for shells. The strain 33 is elastic by the moduli of the law, and what is plastic
+  !! keeps the volume.
+  subroutine update_in_axes(self, context, dt, dstrain, stress, state, through, ok, spin)
+    class(umat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    real(wp), intent(in) :: dt, dstrain(context%n, 3)
+    real(wp), intent(inout) :: stress(context%n, 3), state(context%n, self%n_state)
+    real(wp), intent(out) :: through(context%n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(context%n)
+    real(wp), dimension(context%n, 6) :: strain_row, stress_row
+    real(wp) :: turn(context%n, 3)
+
+    strain_row = 0.0_wp
+    strain_row(:, in_plane) = dstrain
+    stress_row = 0.0_wp
+    stress_row(:, in_plane) = stress
+    turn = 0.0_wp
+    turn(:, 1) = spin
+    through = stress(:, 1) + stress(:, 2)
+    call self%update_in_context(context, dt, strain_row, stress_row, state, ok, turn)
+    stress = stress_row(:, in_plane)
+    through = (stress(:, 1) + stress(:, 2) - through)/(3.0_wp*self%bulk) &
+              - (dstrain(:, 1) + dstrain(:, 2))
+  end subroutine update_in_axes
 
   !> One call of the UMAT for each point that is not a repetition. Fails where stress or state are
   !! not finite, or PNEWDT stays below one in 64 parts of the increment; points after the one
@@ -78,15 +126,18 @@ contains
     type(increment_t) :: increment
     real(wp) :: room(size_of_room(self)), values(at_kept - 1 + n_carried(self))
     real(wp) :: strain(context%n, 6), rotation(context%n, 9)
+    integer :: components(self%n_tens), l
     logical :: is_refused
-    integer :: l
 
+    components = components_of(self)
     associate (n => self%n_statv, m => self%n_before)
-      strain(:, :3) = state(:, m + 1:m + 3)
-      strain(:, 4:) = 0.5_wp*state(:, m + 4:m + 6)
+      strain = 0.0_wp
+      strain(:, components) = state(:, m + 1:m + self%n_tens)
+      strain(:, 4:) = 0.5_wp*strain(:, 4:)
       call rotate_by_spin(context%n, spin, strain)
       strain(:, 4:) = 2.0_wp*strain(:, 4:)
       call rotations_of_spins(context%n, spin, rotation)
+      if (self%is_plane) values = 0.0_wp
       if (.not. self%needs_gradients) call forget_gradients(values)
       call set_room(self, room)
       increment%times = [context%step_time, context%time]
@@ -98,15 +149,19 @@ contains
         if (.not. context%is_owner(l)) cycle
         increment%element = int(context%element(l), c_int)
         increment%point = int(context%point(l), c_int)
-        call set_values(context%n, l, n_carried(self), dstrain, rotation, context%place, &
-                        context%length, strain, state(:, m + 1:), values)
+        increment%in_layer = int(number_in_plane(context, l), c_int)
+        increment%layer = int(number_through(context, l), c_int)
+        call set_values(context%n, l, n_carried(self), rotation, context%place, context%length, &
+                        state(:, m + 1:), values)
+        values(at_dstrain:at_dstrain + self%n_tens - 1) = dstrain(l, components)
+        values(at_kept:at_kept + self%n_tens - 1) = strain(l, components)
         if (self%needs_gradients) call set_gradients(context%n, l, context%f0, context%f1, values)
         call set_temperature(self, context, l, values, increment)
         if (associated(self%usdfld)) &
           call define_fields(self, context, l, dt, stress(l, :), state(l, :), increment%fields, &
                              increment%changes)
-        room(:6) = stress(l, :)
-        room(at_states + 1:at_states + n) = state(l, :n)
+        room(:self%n_tens) = stress(l, components)
+        room(self%at_states + 1:self%at_states + n) = state(l, :n)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
         call call_umat(self, increment, values, room, is_refused, ok)
         if (is_refused .and. ok) then
@@ -115,8 +170,8 @@ contains
         else if (.not. ok) then
           call note_failure(increment%element, increment%point, 1_c_int)
         end if
-        stress(l, :) = room(:6)
-        state(l, :n) = room(at_states + 1:at_states + n)
+        stress(l, components) = room(:self%n_tens)
+        state(l, :n) = room(self%at_states + 1:self%at_states + n)
         state(l, m + 1:) = values(at_kept:)
         if (.not. ok) exit
         if (associated(self%uvarm)) &
@@ -127,18 +182,16 @@ contains
     call leave_user_call()
   end subroutine update_in_context
 
-  !> The values of a point but for deformation gradients.
-  pure subroutine set_values(n, l, n_kept, dstrain, rotation, place, length, strain, kept, values)
+  !> The values of a point but for strains and deformation gradients.
+  pure subroutine set_values(n, l, n_kept, rotation, place, length, kept, values)
     integer, intent(in) :: n, l, n_kept
-    real(wp), intent(in) :: dstrain(n, 6), rotation(n, 9), place(n, 3), length(n), strain(n, 6)
+    real(wp), intent(in) :: rotation(n, 9), place(n, 3), length(n)
     real(wp), intent(in) :: kept(n, n_kept)
     real(wp), intent(inout) :: values(at_kept - 1 + n_kept)
 
-    values(at_dstrain:at_dstrain + 5) = dstrain(l, :)
     values(at_rotation:at_rotation + 8) = rotation(l, :)
     values(at_place:at_place + 2) = place(l, :)
     values(at_length) = length(l)
-    values(at_kept:at_kept + 5) = strain(l, :)
     values(at_kept + 6:) = kept(l, 7:)
   end subroutine set_values
 
@@ -202,24 +255,28 @@ contains
     real(wp), intent(in) :: state(self%n_state)       ! at the start
     real(wp), intent(inout) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
     logical, intent(out) :: ok
-    real(wp) :: whole(size(values)), start(6)
+    real(wp) :: whole(size(values)), rotation(3, 3)
+    real(wp), dimension(6) :: start, part_stress, strain
     type(increment_t) :: part
     logical :: is_refused
-    integer :: halvings, n_parts, i
+    integer :: components(self%n_tens), halvings, n_parts, i
 
+    components = components_of(self)
     start = rotated_stress(transpose(rotation_of_spin(spin)), stress)
     whole = values
+    strain = 0.0_wp
     do halvings = 1, most_halvings
       n_parts = 2**halvings
       part = increment
       part%dt = increment%dt/n_parts
       part%heating = increment%heating/n_parts
       part%changes = increment%changes/n_parts
+      rotation = rotation_of_spin(spin/n_parts)
       values(at_dstrain:at_dstrain + 5) = whole(at_dstrain:at_dstrain + 5)/n_parts
-      values(at_rotation:at_rotation + 8) = reshape(rotation_of_spin(spin/n_parts), [9])
+      values(at_rotation:at_rotation + 8) = reshape(rotation, [9])
       values(at_kept:) = state(self%n_before + 1:)
-      room(:6) = start
-      room(at_states + 1:at_states + self%n_statv) = state(:self%n_statv)
+      room(self%at_states + 1:self%at_states + self%n_statv) = state(:self%n_statv)
+      part_stress = start
       do i = 1, n_parts
         part%times = increment%times + (i - 1)*part%dt
         part%temperature = increment%temperature + (i - 1)*part%heating
@@ -230,10 +287,13 @@ contains
           values(at_f0:at_f0 + 8) = f0 + (f1 - f0)*(i - 1)/n_parts
           values(at_f1:at_f1 + 8) = f0 + (f1 - f0)*i/n_parts
         end associate
-        room(:6) = rotated_stress(rotation_of_spin(spin/n_parts), room(:6))
-        values(at_kept:at_kept + 5) = rotated_strain(rotation_of_spin(spin/n_parts), &
-                                                     values(at_kept:at_kept + 5))
+        part_stress = rotated_stress(rotation, part_stress)
+        strain(components) = values(at_kept:at_kept + self%n_tens - 1)
+        strain = rotated_strain(rotation, strain)
+        values(at_kept:at_kept + self%n_tens - 1) = strain(components)
+        room(:self%n_tens) = part_stress(components)
         call call_umat(self, part, values, room, is_refused, ok)
+        part_stress(components) = room(:self%n_tens)
         if (is_refused .or. .not. ok) exit
       end do
       if (.not. ok) call note_failure(increment%element, increment%point, 1_c_int)
@@ -254,7 +314,7 @@ contains
   pure integer function size_of_room(self)
     class(umat_adapter_t), intent(in) :: self
 
-    size_of_room = at_states + self%n_statv + n_spare + n_guard + n_room
+    size_of_room = self%at_states + self%n_statv + n_spare + n_guard + n_room
   end function size_of_room
 
   !> The marks of the arguments, and zeros after STATEV. A call leaves them as they are, or it ends
@@ -263,9 +323,9 @@ contains
     class(umat_adapter_t), intent(in) :: self
     real(wp), intent(inout) :: room(size_of_room(self))
 
-    call set_guard(room, 6, 0)
-    call set_guard(room(at_tangent + 1), 36, 0)
-    call set_guard(room(at_states + 1), self%n_statv, n_spare)
+    call set_guard(room, self%n_tens, 0)
+    call set_guard(room(self%at_tangent + 1), self%n_tens**2, 0)
+    call set_guard(room(self%at_states + 1), self%n_statv, n_spare)
   end subroutine set_room
 
   !> The UMAT itself. `room` holds STRESS, DDSDDE and STATEV.
@@ -278,8 +338,9 @@ contains
     integer, parameter :: at_energies = at_kept + 6    ! SSE, SPD, SCD
     real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt, work
 
-    associate (n => self%n_statv)
-      room(at_tangent + 1:at_tangent + 36) = 0.0_wp
+    associate (n => self%n_statv, n_tens => self%n_tens, at_tangent => self%at_tangent, &
+               at_states => self%at_states)
+      room(at_tangent + 1:at_tangent + n_tens**2) = 0.0_wp
       heat = 0.0_wp
       heat_by_strain = 0.0_wp
       stress_by_temperature = 0.0_wp
@@ -290,21 +351,24 @@ contains
                      stress_by_temperature, heat_by_strain, heat(2), values(at_kept), &
                      values(at_dstrain), increment%times, increment%dt, increment%temperature, &
                      increment%heating, increment%fields, increment%changes, self%name, &
-                     3_c_int, 3_c_int, 6_c_int, int(n, c_int), self%props, &
+                     int(self%n_direct, c_int), int(self%n_shear, c_int), int(n_tens, c_int), &
+                     int(n, c_int), self%props, &
                      int(self%n_props, c_int), values(at_place), values(at_rotation), pnewdt, &
                      values(at_length), values(at_f0), values(at_f1), increment%element, &
-                     increment%point, 1_c_int, 1_c_int, increment%step, increment%number, &
+                     increment%in_layer, 1_c_int, increment%layer, increment%step, &
+                     increment%number, &
                      int(name_length, c_size_t))
-      if (.not. are_whole(room(7), room(at_tangent + 37), room(at_states + n + n_spare + 1), &
-                          room(at_states + n + 1))) call find_overrun(self, room)
+      if (.not. are_whole(room(n_tens + 1), room(at_tangent + n_tens**2 + 1), &
+                          room(at_states + n + n_spare + 1), room(at_states + n + 1))) &
+        call find_overrun(self, room)
       if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is NaN")
       is_refused = pnewdt < 1.0_wp
       if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
-        call check_components(diagonal_of(room))
+        call check_components(self, diagonal_of(self, room))
       values(at_kept:at_kept + 5) = values(at_kept:at_kept + 5) + values(at_dstrain:at_dstrain + 5)
       if (self%heat_state > 0) values(size(values)) = values(size(values)) &
         + self%heat_per_work*(values(at_energies + 1) + values(at_energies + 2) - work)
-      associate (stress => room(:6), state => room(at_states + 1:at_states + n))
+      associate (stress => room(:n_tens), state => room(at_states + 1:at_states + n))
         ! Of a finite sum all parts are finite.
         ok = sum(abs(stress)) + sum(abs(state)) <= huge(1.0_wp)
         if (.not. ok) ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state))
@@ -329,49 +393,72 @@ contains
   subroutine find_overrun(self, room)
     class(umat_adapter_t), intent(in) :: self
     real(wp), intent(in) :: room(size_of_room(self))
+    character(:), allocatable :: hint
 
-    call check_guard(room, 6, 0, "STRESS")
-    call check_guard(room(at_tangent + 1), 36, 0, "DDSDDE")
-    call check_guard(room(at_states + 1), self%n_statv, n_spare, "STATEV")
-    call check_spare_states(room(at_states + self%n_statv + 1), 1, n_spare, self%n_statv, &
+    hint = ""
+    if (self%is_plane) hint = ", which has NTENS = 3 in plane stress ("//space_words//"),"
+    call check_guard(room, self%n_tens, 0, "STRESS"//hint)
+    call check_guard(room(self%at_tangent + 1), self%n_tens**2, 0, "DDSDDE"//hint)
+    call check_guard(room(self%at_states + 1), self%n_statv, n_spare, "STATEV")
+    call check_spare_states(room(self%at_states + self%n_statv + 1), 1, n_spare, self%n_statv, &
                             "STATEV(")
   end subroutine find_overrun
 
-  !> The diagonal of DDSDDE.
-  pure function diagonal_of(room) result(diagonal)
+  !> The diagonal of DDSDDE; of the form for shells those of 11, 22 and 12 stand for all.
+  pure function diagonal_of(self, room) result(diagonal)
+    class(umat_adapter_t), intent(in) :: self
     real(wp), intent(in) :: room(:)          ! as `call_umat` returns it
     real(wp) :: diagonal(6)
 
-    diagonal = room(at_tangent + 1:at_tangent + 36:7)
+    associate (n => self%n_tens, first => self%at_tangent + 1)
+      diagonal(:n) = room(first:first + n*n - 1:n + 1)
+    end associate
+    if (self%is_plane) diagonal = diagonal([1, 2, 1, 3, 3, 3])
   end function diagonal_of
 
-  !> End the run if DDSDDE leaves some components at zero and not all. One that is not set at all
-  !! is right where *ELASTIC gives the moduli.
-  subroutine check_components(diagonal)
+  !> End the run if DDSDDE leaves some components at zero and not all, or if it is that of solids in
+  !! the form for shells. One that is not set at all is right where *ELASTIC gives the moduli.
+  subroutine check_components(self, diagonal)
+    class(umat_adapter_t), intent(in) :: self
     real(wp), intent(in) :: diagonal(6)
+    real(wp), parameter :: alike = 1.0e-6_wp
     character(:), allocatable :: words
+    real(wp) :: of_solids
 
+    if (self%is_plane) then
+      of_solids = self%bulk + 4.0_wp/3.0_wp*self%shear
+      if (abs(diagonal(1) - of_solids) <= alike*of_solids) call end_user_run("returns the "// &
+        "DDSDDE of a solid in plane stress: "//space_words)
+      return
+    end if
     words = uneven_stiffness(.not. abs(diagonal) <= 0.0_wp)
     if (words /= "") call end_user_run("returns a DDSDDE that is "//words)
   end subroutine check_components
 
-  !> Diagonal of DDSDDE from one call without strain.
+  !> Diagonal of DDSDDE from one call without strain, in the form for shells with a little shear, of
+  !! which a law for solids makes direct stress there.
   subroutine stiffness_at_start(self, dt, point, state, stiffness, is_finite)
     class(umat_adapter_t), intent(in) :: self
     real(wp), intent(in) :: dt, state(:)
     type(first_point_t), intent(in) :: point
     real(wp), intent(out) :: stiffness(6)
     logical, intent(out) :: is_finite
+    real(wp), parameter :: little = 1.0e-8_wp, much = 1.0e-3_wp
     real(wp) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
     type(increment_t) :: increment
     logical :: is_refused, ok
 
     call set_first(self, dt, point, state, increment, values, room)
+    if (self%is_plane) values(at_dstrain + 2) = little
     call enter_user_call(in_umat, increment%element, increment%point, increment%element)
     call call_umat(self, increment, values, room, is_refused, ok)
+    if (self%is_plane .and. any(abs(room(:2)) > much*abs(room(3)))) &
+      call end_user_run("returns direct stress for shear alone in plane stress: "//space_words)
     call leave_user_call()
-    is_finite = ok .and. all(ieee_is_finite(room(at_tangent + 1:at_tangent + 36)))
-    stiffness = diagonal_of(room)
+    associate (first => self%at_tangent + 1)
+      is_finite = ok .and. all(ieee_is_finite(room(first:first + self%n_tens**2 - 1)))
+    end associate
+    stiffness = diagonal_of(self, room)
   end subroutine stiffness_at_start
 
   !> Three increments of growing strain from the start, with deformation gradients and without.
@@ -380,8 +467,9 @@ contains
     real(wp), intent(in) :: dt, state(:)
     type(first_point_t), intent(in) :: point
     real(wp), parameter :: sizes(3) = [1.0e-8_wp, 1.0e-4_wp, 1.0e-2_wp], rounding = 1.0e-12_wp
+    real(wp), parameter :: way(6) = [1.0_wp, -0.5_wp, -0.4_wp, 0.2_wp, 0.1_wp, 0.3_wp]
     real(wp) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
-    real(wp) :: results(6 + self%n_statv, 2)
+    real(wp) :: results(self%n_tens + self%n_statv, 2)
     type(increment_t) :: increment
     logical :: is_refused, ok
     integer :: k, i
@@ -390,15 +478,17 @@ contains
       call set_first(self, dt, point, state, increment, values, room)
       do i = 1, size(sizes)
         increment%number = int(i + 1, c_int)   ! DDSDDE is looked at in the first of a run
-        values(at_dstrain:at_dstrain + 5) = sizes(i)*[1.0_wp, -0.5_wp, -0.4_wp, 0.2_wp, 0.1_wp, &
-                                                      0.3_wp]
-        call stretch(values)
+        values(at_dstrain:at_dstrain + 5) = sizes(i)*way
+        if (self%is_plane) values(at_dstrain:at_dstrain + 5) = sizes(i)*[way(in_plane), &
+                                                                        0.0_wp, 0.0_wp, 0.0_wp]
+        call stretch(sizes(i)*way, values)
         if (k == 2) call forget_gradients(values)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
         call call_umat(self, increment, values, room, is_refused, ok)
         if (is_refused .or. .not. ok) exit
       end do
-      results(:, k) = [room(:6), room(at_states + 1:at_states + self%n_statv)]
+      results(:, k) = [room(:self%n_tens), &
+                       room(self%at_states + 1:self%at_states + self%n_statv)]
     end do
     call leave_user_call()
     differs_without_gradients = .not. all(abs(results(:, 2) - results(:, 1)) &
@@ -406,12 +496,12 @@ contains
   end function differs_without_gradients
 
   !> The deformation gradients of an increment without rotation that follows.
-  pure subroutine stretch(values)
+  pure subroutine stretch(e, values)
+    real(wp), intent(in) :: e(6)
     real(wp), intent(inout) :: values(:)
     real(wp) :: growth(3, 3)
 
-    associate (e => values(at_dstrain:at_dstrain + 5), f0 => values(at_f0:at_f0 + 8), &
-               f1 => values(at_f1:at_f1 + 8))
+    associate (f0 => values(at_f0:at_f0 + 8), f1 => values(at_f1:at_f1 + 8))
       growth = identity + reshape([e(1), 0.5_wp*e(4), 0.5_wp*e(5), 0.5_wp*e(4), e(2), &
                                    0.5_wp*e(6), 0.5_wp*e(5), 0.5_wp*e(6), e(3)], [3, 3])
       f0 = f1
@@ -442,8 +532,8 @@ contains
     values(at_place:at_place + 2) = point%place
     values(at_length) = point%length
     call set_room(self, room)
-    room(:6) = 0.0_wp
-    room(at_states + 1:at_states + self%n_statv) = state
+    room(:self%n_tens) = 0.0_wp
+    room(self%at_states + 1:self%at_states + self%n_statv) = state
   end subroutine set_first
 
 end module umat_adapter

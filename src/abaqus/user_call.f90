@@ -7,7 +7,8 @@ module user_call
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_size_t
   use kinds, only: wp
   use text, only: upper_case, to_text, joined, strings
-  use block_law, only: block_law_t
+  use block_law, only: block_law_t, search_in_context
+  use user_sheet, only: angle_in_sheet, find_axes, turn_into_axes, turn_out_of_axes
   use point_context, only: point_context_t, new_point_context
   use child_process, only: c_text
   use user_watch, only: enter_user_call, leave_user_call, watch_user_calls, expect_elements, &
@@ -18,11 +19,11 @@ module user_call
 
   public :: umat_procedure, vumat_procedure, sdvini_procedure, uexternaldb_procedure
   public :: vexternaldb_procedure, usdfld_procedure, vusdfld_procedure, uvarm_procedure
-  public :: set_user_heating, set_user_fields, offer_values
+  public :: set_user_heating, set_user_fields, set_user_sheet, offer_values
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, take_user_failure
   public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
-  public :: moduli_of
+  public :: moduli_of, plane_moduli_of
   public :: note_log, at_stop
 
   integer, parameter, public :: name_length = 80   !! of CMNAME
@@ -46,6 +47,10 @@ module user_call
   character(*), parameter, public :: refusal_words = &
     "UMAT asks for a smaller increment by PNEWDT, even in 64 parts,"
 
+  !> What a law of solids needs that was called in the form for shells.
+  character(*), parameter, public :: space_words = &
+    "a law for solids needs STRESS STATE=THREE DIMENSIONAL of *USER MATERIAL"
+
   !> Field variables in addition to the temperature at most: PREDEF, FIELDOLD.
   integer, parameter, public :: most_fields = 20
 
@@ -58,6 +63,10 @@ module user_call
     integer :: n_own_fields = 0                         !! field variables of the user, of which
                                                         !! the last values come next
     integer :: n_before = 0                             !! all these; what the adapter keeps follows
+    integer :: n_direct = 3, n_shear = 3                !! stresses in a call: NDI, NSHR
+    logical :: is_plane = .false.                       !! it is called in its form for shells
+    integer :: angle_state = 0                          !! the kept value that is the angle of its
+                                                        !! axis 1 in the frame of a sheet, 0: solid
     real(wp), allocatable :: props(:)                   !! PROPS and zeros after them
     logical :: has_moduli = .false.                     !! of *ELASTIC: no call before the run
     integer :: heat_state = 0                           !! the kept value that is the temperature
@@ -71,6 +80,9 @@ module user_call
     character(40) :: stiffness_source = ""              !! of `stiffness_at_start`, for messages
   contains
     procedure :: update
+    procedure :: lay_in_sheet
+    procedure :: update_plane_in_context
+    procedure(update_sheet), deferred :: update_in_axes
     procedure(find_stiffness), deferred :: stiffness_at_start
   end type user_law_t
 
@@ -94,6 +106,18 @@ module user_call
       real(wp), intent(out) :: stiffness(6)      !! 11 22 33 12 13 23, for engineering shear
       logical, intent(out) :: is_finite          !! all that was returned is
     end subroutine find_stiffness
+
+    !> Update of a law in its form for shells: stress and strain in the axes of the material.
+    subroutine update_sheet(self, context, dt, dstrain, stress, state, through, ok, spin)
+      import :: user_law_t, point_context_t, wp
+      class(user_law_t), intent(in) :: self
+      type(point_context_t), intent(in) :: context
+      real(wp), intent(in) :: dt, dstrain(context%n, 3)      !! 11 22 12, engineering shear
+      real(wp), intent(inout) :: stress(context%n, 3), state(context%n, self%n_state)
+      real(wp), intent(out) :: through(context%n)            !! strain increment 33
+      logical, intent(out) :: ok
+      real(wp), intent(in) :: spin(context%n)                !! against the axes, 12
+    end subroutine update_sheet
 
     !> Arguments of a UMAT in the order of Abaqus/Standard. KSTEP has four entries for sources
     !! that call it JSTEP(4).
@@ -254,6 +278,57 @@ contains
     call self%update_in_context(context, dt, dstrain, stress, state, ok, rotation)
   end subroutine update
 
+  !> Let the law know that its points lie in a sheet, by one more value of each.
+  subroutine set_user_sheet(law)
+    class(user_law_t), intent(inout) :: law
+
+    law%n_state = law%n_state + 1
+    law%n_hidden = law%n_hidden + 1
+    law%angle_state = law%n_state
+  end subroutine set_user_sheet
+
+  !> Axis 1 of the material where Abaqus has it in shells.
+  subroutine lay_in_sheet(self, n, frame, state)
+    class(user_law_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: frame(n, 9)
+    real(wp), intent(inout) :: state(n, self%n_state)
+    integer :: l
+
+    state(:, self%angle_state) = [(angle_in_sheet(frame(l, :)), l=1, n)]
+  end subroutine lay_in_sheet
+
+  !> Plane stress by the form for shells, or by the strain 33 that leaves a law of solids without
+  !! stress 33; either way in the axes of the material.
+  subroutine update_plane_in_context(self, context, dt, dstrain, stress, state, through, ok, spin)
+    class(user_law_t), intent(in) :: self
+    type(point_context_t), intent(inout) :: context   !! its gradients become stretches
+    real(wp), intent(in) :: dt, dstrain(context%n, 3)
+    real(wp), intent(inout) :: stress(context%n, 3), state(context%n, self%n_state)
+    real(wp), intent(inout) :: through(context%n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(context%n)
+    real(wp), dimension(context%n, 2) :: start, middle, finish
+    real(wp) :: strain(context%n, 3), turn(context%n)
+
+    associate (n => context%n)
+      call find_axes(n, state(:, self%angle_state), spin, context%f0, context%f1, start, middle, &
+                     finish, turn)
+      if (.not. self%is_rotating) turn = 0.0_wp   ! DROT is that of the axes, and there is none
+      strain(:, :2) = dstrain(:, :2)
+      strain(:, 3) = 0.5_wp*dstrain(:, 3)
+      call turn_into_axes(n, middle, strain)
+      strain(:, 3) = 2.0_wp*strain(:, 3)
+      call turn_into_axes(n, start, stress)
+      if (self%is_plane) then
+        call self%update_in_axes(context, dt, strain, stress, state, through, ok, turn)
+      else
+        call search_in_context(self, context, dt, strain, stress, state, through, ok, turn)
+      end if
+      call turn_out_of_axes(n, finish, stress)
+    end associate
+  end subroutine update_plane_in_context
+
   !> Room for output variables and for field variables of the user after the state variables.
   subroutine set_user_fields(law, n_uvarm, n_fields)
     class(user_law_t), intent(inout) :: law
@@ -368,6 +443,21 @@ contains
     bulk = max(maxval(stiffness(:3)) - 4.0_wp/3.0_wp*shear, 1.0e-3_wp*shear)
   end subroutine moduli_of
 
+  !> The same from the stiffnesses of a law in plane stress, E/(1 - nu^2) and G.
+  pure subroutine plane_moduli_of(stiffness, bulk, shear)
+    real(wp), intent(in) :: stiffness(6)         !! as of `moduli_of`: 11, 22 and 12 count
+    real(wp), intent(out) :: bulk, shear
+    real(wp) :: poisson
+
+    bulk = 0.0_wp
+    shear = 0.0_wp
+    if (.not. all(stiffness([1, 2, 4]) > 0.0_wp)) return
+    poisson = 1.0_wp - 2.0_wp*stiffness(4)/maxval(stiffness(:2))
+    if (.not. (poisson > -1.0_wp .and. poisson < 0.5_wp)) return
+    shear = stiffness(4)
+    bulk = 2.0_wp*shear*(1.0_wp + poisson)/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
+  end subroutine plane_moduli_of
+
   !> What a stiffness of some components alone shows: a law that is not one for solids. Empty where
   !! all have one, or none.
   function uneven_stiffness(is_stiff) result(words)
@@ -379,7 +469,8 @@ contains
     if (all(is_stiff) .or. .not. any(is_stiff)) return
     words = "positive for the components "//joined(strings(pack(names, is_stiff)), ", ")// &
             " but not for "//joined(strings(pack(names, .not. is_stiff)), ", ")//", as in a "// &
-            "law for shells, plane stress or plane strain; sheets are solids here, with NTENS = 6"
+            "law for shells, plane stress or plane strain; solids have NTENS = 6, and *BLANK "// &
+            "with ELEMENT=SHELL makes shells"
   end function uneven_stiffness
 
   !> End the run because of what the call in hand did, such as "returns ...".
@@ -392,7 +483,8 @@ contains
   !> State variables of a point at the start from the user's SDVINI, if there is one.
   subroutine call_sdvini(law, element, point, place, state)
     class(user_law_t), intent(in) :: law
-    integer, intent(in) :: element, point
+    integer, intent(in) :: element
+    integer, intent(in) :: point(2)                    !! in its layer, and the layer
     real(wp), intent(in) :: place(3)
     real(wp), intent(inout) :: state(law%n_statv)
     real(c_double) :: statev(law%n_statv + slack + n_guard + n_room)
@@ -401,9 +493,9 @@ contains
     if (.not. associated(law%sdvini)) return
     statev(:law%n_statv) = state
     call set_guard(statev, law%n_statv, slack)
-    call enter_user_call(in_sdvini, int(element, c_int), int(point, c_int), int(element, c_int))
+    call enter_user_call(in_sdvini, int(element, c_int), int(point(1), c_int), int(element, c_int))
     call law%sdvini(statev, place, int(law%n_statv, c_int), 3_c_int, int(element, c_int), &
-                    int(point, c_int), 1_c_int, 1_c_int)
+                    int(point(1), c_int), 1_c_int, int(point(2), c_int))
     call check_guard(statev, law%n_statv, slack, "STATEV")
     call check_spare_states(statev(law%n_statv + 1), 1, slack, law%n_statv, "STATEV(")
     bad = findloc(ieee_is_finite(statev(:law%n_statv)), .false., 1)

@@ -5,7 +5,7 @@ module user_fields
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use kinds, only: wp
   use text, only: to_text
-  use point_context, only: point_context_t
+  use point_context, only: point_context_t, number_in_plane, number_through
   use user_call, only: user_law_t, name_length, slack, n_guard, n_room, set_guard, check_guard, &
                        check_spare_states, enter_user_call, leave_user_call, offer_values, &
                        end_user_run, in_usdfld, in_vusdfld, in_uvarm
@@ -53,9 +53,11 @@ contains
       call law%usdfld(field, statev, pnewdt, identity, identity, context%length(l), &
                       [context%step_time, context%time], dt, law%name, no_name, int(n, c_int), &
                       int(m, c_int), int(context%element(l), c_int), &
-                      int(context%point(l), c_int), 1_c_int, 1_c_int, &
+                      int(number_in_plane(context, l), c_int), 1_c_int, &
+                      int(number_through(context, l), c_int), &
                       [int(context%step, c_int), 0_c_int, 0_c_int, 0_c_int], &
-                      int(context%increment, c_int), 3_c_int, 3_c_int, context%place(l, :), &
+                      int(context%increment, c_int), int(law%n_direct, c_int), &
+                      int(law%n_shear, c_int), context%place(l, :), &
                       nothing, nothing, 1_c_int, 0_c_int, int(name_length, c_size_t), &
                       int(name_length, c_size_t))
       call check_guard(statev, m, slack, "STATEV")
@@ -101,8 +103,10 @@ contains
       lengths = context%length(lanes)
       call enter(law, in_vusdfld, context, lanes(1), lanes(b), offered)
       call law%vusdfld(int(b, c_int), int(m, c_int), int(n, c_int), int(law%n_props, c_int), &
-                       3_c_int, 3_c_int, int(context%element(lanes), c_int), &
-                       int(context%point(lanes(1)), c_int), 1_c_int, 1_c_int, &
+                       int(law%n_direct, c_int), int(law%n_shear, c_int), &
+                       int(context%element(lanes), c_int), &
+                       int(number_in_plane(context, lanes(1)), c_int), 1_c_int, &
+                       int(number_through(context, lanes(1)), c_int), &
                        context%step_time + dt, context%time + dt, dt, law%name, place, &
                        rotation(:, columns), t, lengths, law%props, &
                        old, new, field, int(name_length, c_size_t))
@@ -134,9 +138,11 @@ contains
       call enter(law, in_uvarm, context, l, l, offered)
       call law%uvarm(uvar, identity, identity, [context%step_time, context%time] + dt, dt, &
                      law%name, no_name, int(n, c_int), int(context%element(l), c_int), &
-                     int(context%point(l), c_int), 1_c_int, 1_c_int, &
+                     int(number_in_plane(context, l), c_int), 1_c_int, &
+                     int(number_through(context, l), c_int), &
                      [int(context%step, c_int), 0_c_int, 0_c_int, 0_c_int], &
-                     int(context%increment, c_int), 3_c_int, 3_c_int, context%place(l, :), &
+                     int(context%increment, c_int), int(law%n_direct, c_int), &
+                      int(law%n_shear, c_int), context%place(l, :), &
                      nothing, nothing, 1_c_int, 0_c_int, int(name_length, c_size_t), &
                      int(name_length, c_size_t))
       call check_values(uvar, n, "UVAR(", "*USER OUTPUT VARIABLES")

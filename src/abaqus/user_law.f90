@@ -11,7 +11,7 @@ module user_law
   use user_call, only: umat_procedure, vumat_procedure, sdvini_procedure, user_law_t, &
                        usdfld_procedure, vusdfld_procedure, uvarm_procedure, set_user_fields, &
                        set_user_heating, first_point_t, call_sdvini, watch_user_calls, &
-                       uneven_stiffness, moduli_of
+                       uneven_stiffness, moduli_of, plane_moduli_of, set_user_sheet
   use umat_adapter, only: umat_adapter_t, new_umat_adapter
   use vumat_adapter, only: new_vumat_adapter
   implicit none
@@ -56,6 +56,7 @@ contains
     call watch_user_calls(c_null_funptr, c_null_ptr)
     call make_law(library, material, is_vumat, made)
     call add_companions(library, material, n_fields, is_vumat, made)
+    if (material%is_sheet) call set_user_sheet(made)
     if (allocated(material%plasticity%heating)) &
       call set_user_heating(made, material%plasticity%heating(:3))
     call move_alloc(made, law)
@@ -82,10 +83,12 @@ contains
     associate (m => material)
       if (is_vumat) then
         call c_f_procpointer(library%vumat, vumat)
-        allocate (law, source=new_vumat_adapter(vumat, m%name, m%density, m%constants, m%n_state))
+        allocate (law, source=new_vumat_adapter(vumat, m%name, m%density, m%constants, m%n_state, &
+                                                m%is_sheet .and. .not. m%is_of_solids))
       else
         call c_f_procpointer(library%umat, umat)
-        allocate (law, source=new_umat_adapter(umat, m%name, m%density, m%constants, m%n_state))
+        allocate (law, source=new_umat_adapter(umat, m%name, m%density, m%constants, m%n_state, &
+                                               m%is_sheet .and. .not. m%is_of_solids))
       end if
       if (c_associated(library%sdvini)) then
         call c_f_procpointer(library%sdvini, sdvini)
@@ -173,7 +176,11 @@ contains
     select type (law)
     class is (user_law_t)
       call law%stiffness_at_start(dt, point, state(:law%n_statv), stiffness, is_finite)
-      call moduli_of(stiffness, bulk, shear)
+      if (law%is_plane) then
+        call plane_moduli_of(stiffness, bulk, shear)
+      else
+        call moduli_of(stiffness, bulk, shear)
+      end if
       source = trim(law%stiffness_source)
       if (.not. is_finite) then
         call fail(error, "material: the first call of the user's subroutine returns values "// &
@@ -207,7 +214,8 @@ contains
   !! Other laws are left alone.
   subroutine set_initial_state(law, element, point, place, state)
     class(block_law_t), intent(in) :: law
-    integer, intent(in) :: element, point          !! numbers, from 1
+    integer, intent(in) :: element                 !! number, from 1
+    integer, intent(in) :: point(2)                !! in its layer, and the layer
     real(wp), intent(in) :: place(3)
     real(wp), intent(inout) :: state(:)            !! all that the law keeps for the point
 

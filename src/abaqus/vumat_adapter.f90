@@ -8,12 +8,12 @@ module vumat_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
-  use point_context, only: point_context_t, new_point_context
+  use point_context, only: point_context_t, new_point_context, number_in_plane, number_through
   use tensor_rotation, only: rotate_axes, rotate_tensors, transposed
   use user_call, only: vumat_procedure, name_length, user_law_t, first_point_t, set_user_law, &
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
                        check_spare_states, enter_user_call, leave_user_call, note_failure, &
-                       in_vumat
+                       in_vumat, end_user_run, space_words
   use user_fields, only: define_block_fields, update_output
   use user_kinematics, only: polar_rotations, rotations_of_quaternions, spins_between, &
                              determinants, of_row
@@ -41,6 +41,7 @@ module vumat_adapter
     procedure(vumat_procedure), pointer, nopass :: vumat => null()
   contains
     procedure :: update_in_context
+    procedure :: update_in_axes
     procedure :: stiffness_at_start
   end type vumat_adapter_t
 
@@ -48,18 +49,19 @@ module vumat_adapter
   type :: call_t
     integer :: n = 0                           !! elements
     integer :: n_fields = 0                    !! field variables
-    integer :: point = 1
+    integer :: point = 1, layer = 1            !! of the layer, and that
     real(wp) :: step_time = 0.0_wp, total_time = 0.0_wp, dt = 0.0_wp
   end type call_t
 
 contains
 
   !> Law from a VUMAT, its name, its constants and the number of its state variables.
-  function new_vumat_adapter(vumat, name, density, props, n_statv) result(law)
+  function new_vumat_adapter(vumat, name, density, props, n_statv, is_plane) result(law)
     procedure(vumat_procedure) :: vumat
     character(*), intent(in) :: name                 !! CMNAME
     real(wp), intent(in) :: density, props(:)
     integer, intent(in) :: n_statv                   !! NSTATEV
+    logical, intent(in), optional :: is_plane        !! in its form for shells
     type(vumat_adapter_t) :: law
 
     call set_user_law(law, name, density, props, n_statv, n_kept)
@@ -67,7 +69,16 @@ contains
     law%n_together = least_block
     law%stiffness_source = "the stress of small strains at time 0"
     law%vumat => vumat
+    if (present(is_plane)) law%is_plane = is_plane
+    if (law%is_plane) law%n_shear = 1
   end function new_vumat_adapter
+
+  !> Stresses of a point in a call.
+  pure integer function n_tensor(self)
+    class(vumat_adapter_t), intent(in) :: self
+
+    n_tensor = self%n_direct + self%n_shear
+  end function n_tensor
 
   !> One call of the VUMAT for each integration point; lanes that repeat an element are left alone.
   !! Fails where stress or state are not finite.
@@ -76,6 +87,43 @@ contains
     type(point_context_t), intent(in) :: context
     real(wp), intent(in) :: dt, dstrain(context%n, 6)
     real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(context%n, 3)
+    real(wp) :: unused(context%n)
+
+    call update_all(self, context, dt, dstrain, stress, state, unused, ok, spin)
+  end subroutine update_in_context
+
+  !> The form for shells, which returns the strain 33.
+  subroutine update_in_axes(self, context, dt, dstrain, stress, state, through, ok, spin)
+    class(vumat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    real(wp), intent(in) :: dt, dstrain(context%n, 3)
+    real(wp), intent(inout) :: stress(context%n, 3), state(context%n, self%n_state)
+    real(wp), intent(out) :: through(context%n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(context%n)
+    real(wp), dimension(context%n, 6) :: strain_row, stress_row
+    real(wp) :: turn(context%n, 3)
+
+    strain_row = 0.0_wp
+    strain_row(:, [1, 2, 4]) = dstrain
+    stress_row = 0.0_wp
+    stress_row(:, [1, 2, 4]) = stress
+    turn = 0.0_wp
+    turn(:, 1) = spin
+    through = 0.0_wp
+    call update_all(self, context, dt, strain_row, stress_row, state, through, ok, turn)
+    stress = stress_row(:, [1, 2, 4])
+  end subroutine update_in_axes
+
+  !> The calls for all integration points. In plane stress they return the strain 33.
+  subroutine update_all(self, context, dt, dstrain, stress, state, through, ok, spin)
+    class(vumat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    real(wp), intent(in) :: dt, dstrain(context%n, 6)
+    real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
+    real(wp), intent(inout) :: through(context%n)
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n, 3)
     real(wp) :: old(context%n*(self%n_statv + n_spare)), new(size_of_new(self, context%n))
@@ -96,20 +144,23 @@ contains
       if (n > 0) then
         if (n /= n_ready) call set_room(self, n, old, new)
         n_ready = n
-        call update_block(self, context, lanes(:n), dt, dstrain, spin, old, new, stress, state, ok)
+        call update_block(self, context, lanes(:n), dt, dstrain, spin, old, new, stress, state, &
+                          through, ok)
       end if
       first = first + n_lanes
     end do
-  end subroutine update_in_context
+  end subroutine update_all
 
   !> The lanes, which are one integration point of different elements.
-  subroutine update_block(self, context, lanes, dt, dstrain, spin, old, new, stress, state, ok)
+  subroutine update_block(self, context, lanes, dt, dstrain, spin, old, new, stress, state, &
+                          through, ok)
     class(vumat_adapter_t), intent(in) :: self
     type(point_context_t), intent(in) :: context
     integer, intent(in) :: lanes(:)
     real(wp), intent(in) :: dt, dstrain(context%n, 6), spin(context%n, 3)
     real(wp), intent(inout) :: old(*), new(*)       !! from `set_room`
     real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
+    real(wp), intent(inout) :: through(context%n)
     logical, intent(out) :: ok
     type(call_t) :: numbers
     real(wp) :: given(size(lanes), n_columns(context%n_fields)), own(size(lanes), self%n_state)
@@ -117,7 +168,8 @@ contains
     integer :: i, n
 
     n = size(lanes)
-    numbers = call_t(n, max(self%n_own_fields, context%n_fields - 1), context%point(lanes(1)), &
+    numbers = call_t(n, max(self%n_own_fields, context%n_fields - 1), &
+                     number_in_plane(context, lanes(1)), number_through(context, lanes(1)), &
                      context%step_time + dt, context%time + dt, dt)
     call pick(lanes, context%n, self%n_state, state, own)
     call pick(lanes, context%n, 6, stress, given(:, at_stress_old:))
@@ -144,10 +196,11 @@ contains
       do i = 1, n
         if (.not. (all(ieee_is_finite(stress_new(i, :))) .and. &
                    all(ieee_is_finite(own(i, :self%n_statv))))) &
-          call note_failure(int(context%element(lanes(i)), c_int), int(numbers%point, c_int), &
-                            1_c_int)
+          call note_failure(int(context%element(lanes(i)), c_int), &
+                            int(context%point(lanes(i)), c_int), 1_c_int)
       end do
     end if
+    if (self%is_plane) through(lanes) = given(:, at_strain + 2)
     call rotate_tensors(n, r_new, stress_new)
     call put_back(lanes, context%n, 6, stress_new, stress)
     call put_back(lanes, context%n, self%n_state, own, state)
@@ -300,7 +353,7 @@ contains
     class(vumat_adapter_t), intent(in) :: self
     integer, intent(in) :: n                       !! elements
 
-    size_of_new = n*(6 + self%n_statv + n_spare) + 2*n_guard + n_room
+    size_of_new = n*(n_tensor(self) + self%n_statv + n_spare) + 2*n_guard + n_room
   end function size_of_new
 
   !> Zeros after the state variables, and the marks. Calls leave them as they are or end the run.
@@ -310,8 +363,8 @@ contains
     real(wp), intent(inout) :: old(n, self%n_statv + n_spare), new(size_of_new(self, n))
 
     old(:, self%n_statv + 1:) = 0.0_wp
-    call set_guard(new, 6*n, 0)
-    call set_guard(new(6*n + n_guard + 1), self%n_statv*n, n_spare*n)
+    call set_guard(new, n_tensor(self)*n, 0)
+    call set_guard(new(n_tensor(self)*n + n_guard + 1), self%n_statv*n, n_spare*n)
   end subroutine set_room
 
   !> The VUMAT itself. State and energies go in and out, the stress comes out.
@@ -329,40 +382,44 @@ contains
     real(wp) :: dt_array(2*numbers%n + 1)
     ! Some sources index the energies by a variable that they never set.
     real(wp), dimension(1 - slack:numbers%n + slack, n_energies) :: energy_old, energy_new
-    integer :: first_state, c
+    integer :: n_stress, first_state, at_axial, c
 
     associate (n => numbers%n, m => self%n_statv)
-      first_state = 6*n + n_guard + 1
+      n_stress = n_tensor(self)*n
+      first_state = n_stress + n_guard + 1
+      at_axial = at_spin
+      if (self%is_plane) call take_plane(n, given, at_axial)
       ! (1) points, (2) integration point, (3) layer, (4) section point, then the elements.
-      jblock = [n, numbers%point, 1, 1, elements]
+      jblock = [n, numbers%point, 1, numbers%layer, elements]
       ! (1) LANNEAL, (2) integration point, (3) layer, (4) section point, (5) 0, then the elements.
-      jinfo = [0, numbers%point, 1, 1, 0, elements, 0]
+      jinfo = [0, numbers%point, 1, numbers%layer, 0, elements, 0]
       dt_array = numbers%dt
       old(:, :m) = own(:, :m)
       energy_old = 0.0_wp
       energy_old(1:n, :) = own(:, self%n_before + 1:self%n_before + n_energies)
       energy_new = 0.0_wp
-      new(:6*n) = 0.0_wp
+      new(:n_stress) = 0.0_wp
       new(first_state:first_state + m*n - 1) = 0.0_wp
       call enter_user_call(in_vumat, int(minval(elements), c_int), jblock(2), &
                            int(maxval(elements), c_int))
-      call self%vumat(jblock, 3_c_int, 3_c_int, int(m, c_int), &
-                      int(numbers%n_fields, c_int), int(self%n_props, c_int), jinfo, &
+      call self%vumat(jblock, int(self%n_direct, c_int), int(self%n_shear, c_int), &
+                      int(m, c_int), int(numbers%n_fields, c_int), &
+                      int(self%n_props, c_int), jinfo, &
                       numbers%step_time, numbers%total_time, dt_array, self%name, &
                       given(1, at_place), given(1, at_length), self%props, given(1, at_density), &
-                      given(1, at_strain), given(1, at_spin), given(1, at_temperature_old), &
+                      given(1, at_strain), given(1, at_axial), given(1, at_temperature_old), &
                       given(1, at_stretch_old), given(1, at_gradient_old), &
                       given(1, at_fields), given(1, at_stress_old), old, energy_old(1, 1), &
                       energy_old(1, 2), given(1, at_temperature_new), &
                       given(1, at_stretch_new), given(1, at_gradient_new), &
                       given(1, at_fields + max(1, numbers%n_fields)), new, new(first_state), &
                       energy_new(1, 1), energy_new(1, 2), int(name_length, c_size_t))
-      call check_guard(new, 6*n, 0, "stressNew")
+      call check_stress(self, n, new)
       call check_guard(new(first_state), m*n, n_spare*n, "stateNew")
       call check_spare_states(new(first_state + m*n), n, n_spare, m, "stateNew(:,")
       call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
       call leave_user_call()   ! memory not available from here on is not the user's error
-      stress = reshape(new(:6*n), [n, 6])
+      stress = reshape(new(:n_stress), [n, 6], pad=[0.0_wp])
       call swap_shear(n, stress)
       do c = 1, m
         own(:, c) = new(first_state + (c - 1)*n:first_state + c*n - 1)
@@ -374,7 +431,39 @@ contains
     end associate
   end subroutine call_vumat
 
-  !> The call before the run that Abaqus makes, too: time 0, one small strain for each component.
+  !> From the arguments of a solid to those of plane stress: the gradients in the order 11, 22, 33,
+  !! 12, 21, and no strain 33; and where the relative spin begins, which has one component.
+  pure subroutine take_plane(n, given, at_axial)
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: given(n, *)
+    integer, intent(out) :: at_axial
+
+    at_axial = at_spin + 2
+    given(:, at_strain + 2) = 0.0_wp
+    given(:, at_gradient_old + 4) = given(:, at_gradient_old + 6)
+    given(:, at_gradient_new + 4) = given(:, at_gradient_new + 6)
+  end subroutine take_plane
+
+  !> End the run where stresses were written past their end, or where those of plane stress are not:
+  !! of a law for solids.
+  subroutine check_stress(self, n, new)
+    class(vumat_adapter_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: new(n, *)
+    real(wp), parameter :: small = 1.0e-6_wp
+
+    if (.not. self%is_plane) then
+      call check_guard(new, 6*n, 0, "stressNew")
+      return
+    end if
+    call check_guard(new, 4*n, 0, "stressNew, which has four components in plane stress ("// &
+                     space_words//"),")
+    if (maxval(abs(new(:, 3))) > small*maxval(abs(new(:, :4)))) &
+      call end_user_run("returns a stress 33 in plane stress: "//space_words)
+  end subroutine check_stress
+
+  !> The call before the run that Abaqus makes, too: time 0, one small strain for each component; in
+  !! plane stress 11, 22 and 12 stand for the others.
   subroutine stiffness_at_start(self, dt, point, state, stiffness, is_finite)
     class(vumat_adapter_t), intent(in) :: self
     real(wp), intent(in) :: dt, state(:)
@@ -385,6 +474,7 @@ contains
     real(wp), parameter :: strain = 1.0e-8_wp
     ! Of each component in a gradient.
     integer, parameter :: places(2, n) = reshape([1, 1, 2, 2, 3, 3, 4, 7, 9, 6, 5, 8], [2, n])
+    integer :: components(n)
     type(point_context_t) :: context
     real(wp) :: given(n, n_columns(point%n_fields)), own(n, self%n_state), stress(n, 6), r(n, 9)
     real(wp) :: old(n, self%n_statv + n_spare), new(size_of_new(self, n))
@@ -395,15 +485,17 @@ contains
     own = 0.0_wp
     own(:, :self%n_statv) = spread(state, 1, n)
     given = 0.0_wp
+    components = [1, 2, 3, 4, 5, 6]
+    if (self%is_plane) components = [1, 2, 1, 4, 4, 4]
     do i = 1, n
       context%fields(i, :) = [point%fields(:point%n_fields), point%fields(:point%n_fields)]
       given(i, at_place:at_place + 2) = point%place
-      given(i, at_strain + i - 1) = strain*merge(1.0_wp, 2.0_wp, i <= 3)
+      given(i, at_strain + components(i) - 1) = strain*merge(1.0_wp, 2.0_wp, i <= 3)
       given(i, at_gradient_old:at_gradient_old + 2) = 1.0_wp
       associate (f => given(i, at_gradient_new:at_gradient_new + 8))
         f(:3) = 1.0_wp
-        f(places(1, i)) = merge(1.0_wp, 0.0_wp, i <= 3) + strain
-        f(places(2, i)) = f(places(1, i))
+        f(places(1, components(i))) = merge(1.0_wp, 0.0_wp, i <= 3) + strain
+        f(places(2, components(i))) = f(places(1, components(i)))
       end associate
     end do
     call set_given(self, context, [(i, i=1, n)], own, given)
@@ -413,7 +505,7 @@ contains
     call call_vumat(self, call_t(n, max(self%n_own_fields, point%n_fields - 1), point%point, &
                                  dt=dt), &
                     spread(point%element, 1, n), given, old, new, own, stress, is_finite)
-    stiffness = [(stress(i, i)/strain, i=1, n)]
+    stiffness = [(stress(i, components(i))/strain, i=1, n)]
     stiffness(4:) = 0.5_wp*stiffness(4:)   ! to engineering strain
   end subroutine stiffness_at_start
 end module vumat_adapter

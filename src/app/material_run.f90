@@ -94,9 +94,11 @@ contains
     allocate (slots(size(scene%tests)))
     do i = 1, size(scene%tests)
       associate (test => scene%tests(i))
-        first = minloc(abs(scene%tests%material - test%material), 1)
+        first = findloc(scene%tests%material == test%material .and. &
+                        (scene%tests%is_plane .eqv. test%is_plane), .true., 1)
         if (first == i) then
           material = scene%materials(test%material)
+          material%is_sheet = test%is_plane
           if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
           call build_law(material, slots(i)%law, errors, library, n_given(test))
           if (allocated(slots(i)%law)) call ask_law(test, material, short, slots(i)%law, errors)
@@ -108,9 +110,10 @@ contains
         if (reason /= "") call add_error(errors, test%origin, reason, "a law with plasticity")
         associate (n => slots(i)%law%n_state - slots(i)%law%n_hidden - &
                        scene%materials(test%material)%n_uvarm)
-          if (first == i .and. size(test%state) > n) call add_error(errors, test%state_origin, &
-            to_text(size(test%state))//" state variables for ALL", to_text(n)//" at most, as "// &
-            "material "//scene%materials(test%material)%name//" has")
+          if (findloc(scene%tests%material, test%material, 1) == i .and. size(test%state) > n) &
+            call add_error(errors, test%state_origin, to_text(size(test%state))// &
+                           " state variables for ALL", to_text(n)//" at most, as material "// &
+                           scene%materials(test%material)%name//" has")
         end associate
       end associate
     end do
@@ -137,7 +140,7 @@ contains
     real(wp) :: bulk, shear
 
     if (.not. lacks_moduli(law)) return
-    point = new_point(law, test%state, test%fields)
+    point = new_point(law, test%state, test%fields, test%is_plane)
     first%n_fields = size(test%fields)
     first%fields(:first%n_fields) = test%fields
     call find_moduli(law, dt, first, point%state, bulk, shear, error)
@@ -327,6 +330,8 @@ contains
       call write_text_attribute(file, folder, "type", test%kind)
       call write_text_attribute(file, folder, "material", scene%materials(test%material)%name)
       call write_text_attribute(file, folder, "angle", to_text(test%angle))
+      if (test%is_plane) &
+        call write_text_attribute(file, folder, "stress_state", "PLANE STRESS")
     end associate
     call write_text_attribute(file, folder, "status", status)
   end subroutine record

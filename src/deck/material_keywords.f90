@@ -193,6 +193,7 @@ contains
     if (material%law /= "UMAT" .and. material%law /= "VUMAT") material%law = "USER"
     material%thread_safe = option_text(record, "THREADSAFE")
     material%is_small = option_text(record, "KINEMATICS") == "SMALL"
+    material%is_of_solids = option_text(record, "STRESS STATE") == "THREE DIMENSIONAL"
     if (material%is_small .and. material%law == "VUMAT") &
       call add_error(errors, record%origin, "KINEMATICS=SMALL with TYPE=VUMAT", "FULL: the "// &
                      "frame of a VUMAT follows from the deformation gradient")

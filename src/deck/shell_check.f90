@@ -2,7 +2,7 @@
 module shell_check
   use text, only: to_text, rounded_text
   use input_errors, only: error_list_t, add_error, add_warning
-  use scene, only: scene_t, patch_spec_t, is_user_material
+  use scene, only: scene_t, patch_spec_t
   use knot_vector, only: n_spans
   use deck_records, only: parsed_deck_t, find_records
   implicit none
@@ -35,21 +35,16 @@ contains
     end do
   end subroutine check_shell
 
-  !> Stress of these laws follows from a deformation gradient or comes with six components.
+  !> Stress of these laws follows from a deformation gradient.
   subroutine check_law(scene, errors)
     type(scene_t), intent(in) :: scene
     type(error_list_t), intent(inout) :: errors
-    character(*), parameter :: expected = "a law that plane stress serves: *ELASTIC or "// &
-      "*PLASTIC; or ELEMENT=SOLID"
+    character(*), parameter :: expected = "a law that plane stress serves: *ELASTIC, "// &
+      "*PLASTIC or *USER MATERIAL; or ELEMENT=SOLID"
 
     associate (material => scene%materials(scene%blank%material))
-      if (is_user_material(material)) then
-        call add_error(errors, material%origin, "*USER MATERIAL of a blank with ELEMENT=SHELL", &
-                       expected)
-      else if (material%law == "NEO HOOKE") then
-        call add_error(errors, material%origin, "*HYPERELASTIC of a blank with ELEMENT=SHELL", &
-                       expected)
-      end if
+      if (material%law == "NEO HOOKE") call add_error(errors, material%origin, &
+        "*HYPERELASTIC of a blank with ELEMENT=SHELL", expected)
     end associate
   end subroutine check_law
 

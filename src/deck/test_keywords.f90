@@ -63,6 +63,10 @@ contains
     test%angle = option_real(record, "ANGLE")
     test%n_increments = option_integer(record, "INCREMENTS")
     test%rate = option_real(record, "RATE")
+    test%is_plane = option_text(record, "STRESS STATE") == "PLANE STRESS"
+    if (test%is_plane .and. test%kind == "COMPRESSION") &
+      call add_error(errors, record%origin, "STRESS STATE=PLANE STRESS with TYPE=COMPRESSION, "// &
+                     "which needs a stress 33", "STRESS STATE=THREE DIMENSIONAL")
     if (is_option_given(record, "STRESS") .and. test%kind /= "PATH") then
       call add_error(errors, record%origin, "STRESS with TYPE="//test%kind, &
                      "STRESS with TYPE=PATH alone")
@@ -71,6 +75,7 @@ contains
     case ("PATH")
       call read_path(deck, record, test, errors)
       call read_components(option_text(record, "STRESS"), test, errors)
+      if (test%is_plane) call check_plane_path(deck, record, test, errors)
     case ("YIELD LOCUS")
       test%n_repeats = field_integer(record, 1, 1)
       test%threshold = field_real(record, 1, 2)
@@ -104,6 +109,27 @@ contains
       exit
     end do
   end subroutine read_path
+
+  !> In plane stress the stresses 33, 13 and 23 are zero, whether or not STRESS names them.
+  subroutine check_plane_path(deck, record, test, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_test_spec_t), intent(inout) :: test
+    type(error_list_t), intent(inout) :: errors
+    integer, parameter :: through(3) = [3, 5, 6]
+    character(2), parameter :: names(3) = ["33", "13", "23"]
+    integer :: line, bad
+
+    test%is_stress(through) = .true.
+    do line = 1, record%n_lines
+      bad = findloc(abs(test%path(1 + through, line)) > 0.0_wp, .true., 1)
+      if (bad == 0) cycle
+      call add_error(errors, line_origin(deck, record, line), "the value "// &
+                     to_text(test%path(1 + through(bad), line))//" of "//names(bad)// &
+                     " with STRESS STATE=PLANE STRESS", "0 for 33, 13 and 23, which are "// &
+                     "stresses there")
+    end do
+  end subroutine check_plane_path
 
   !> Components that the path gives as stresses, from a list such as `33, 13`.
   subroutine read_components(list, test, errors)

@@ -152,7 +152,7 @@ def shell_arguments(_, is_rational):
 
 def metric_arguments(_, is_rational):
     return ["u", *[item for item in SHELL_BASIS if "weights" not in item],
-            *SHELL_RATIONAL*is_rational, "points%metric(1, 1, 1, block%number)"]
+            *SHELL_RATIONAL*is_rational, "metric"]
 
 
 LAW = ("block_law", "block_law_t")

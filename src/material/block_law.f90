@@ -4,11 +4,11 @@ module block_law
   use failure, only: error_t
   use law_spec, only: law_spec_t
   use point_context, only: point_context_t
-  use plane_stress, only: begin_search, advance_search, max_trials
+  use plane_stress, only: begin_search, advance_search, max_trials, is_as_good
   implicit none
   private
 
-  public :: set_elastic, search_plane
+  public :: set_elastic, search_plane, search_in_context
 
   !> A law bound to its constants. A row holds `n` points, one per lane.
   type, abstract, public :: block_law_t
@@ -28,6 +28,7 @@ module block_law
   contains
     procedure(update_row), deferred :: update
     procedure :: update_plane => search_plane
+    procedure :: update_plane_in_context => search_in_context
     procedure :: lay_in_sheet
     procedure :: update_in_context
     procedure :: keeps_plane
@@ -92,13 +93,38 @@ contains
     real(wp), intent(inout) :: through(n)         !! strain increment 33, the one before and this
     logical, intent(out) :: ok                    !! false: some point failed
     real(wp), intent(in) :: spin(n)               !! of the material against the frame, 12
+
+    ok = .not. self%needs_context
+    if (ok) call search(self, n, dt, dstrain, stress, state, through, ok, spin)
+  end subroutine search_plane
+
+  !> The same of a law that needs the context of its points, whose deformation gradients count in
+  !! the frame; what they have of the strain 33 of the increment is found here.
+  subroutine search_in_context(self, context, dt, dstrain, stress, state, through, ok, spin)
+    class(block_law_t), intent(in) :: self
+    type(point_context_t), intent(inout) :: context
+    real(wp), intent(in) :: dt, dstrain(context%n, 3)
+    real(wp), intent(inout) :: stress(context%n, 3), state(context%n, self%n_state)
+    real(wp), intent(inout) :: through(context%n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(context%n)
+
+    call search(self, context%n, dt, dstrain, stress, state, through, ok, spin, context)
+  end subroutine search_in_context
+
+  subroutine search(self, n, dt, dstrain, stress, state, through, ok, spin, context)
+    class(block_law_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 3)
+    real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(n)
+    type(point_context_t), intent(inout), optional :: context
     real(wp), dimension(n, 6) :: strain, before, tried
-    real(wp) :: new_state(n, self%n_state), turn(n, 3), search(n, 4)
+    real(wp) :: new_state(n, self%n_state), turn(n, 3), search_values(n, 4)
     logical :: is_found
     integer :: iteration
 
-    ok = .not. self%needs_context
-    if (.not. ok) return
     strain = 0.0_wp
     strain(:, :2) = dstrain(:, :2)
     strain(:, 3) = through
@@ -108,22 +134,30 @@ contains
     before(:, 4) = stress(:, 3)
     turn = 0.0_wp
     turn(:, 1) = spin
-    call begin_search(n, self%bulk, self%shear, strain, search)
+    call begin_search(n, self%bulk, self%shear, strain, search_values)
     do iteration = 1, max_trials
       tried = before
       new_state = state
-      call self%update(n, dt, strain, tried, new_state, ok, turn)
+      if (present(context)) then
+        context%f1(:, 9) = context%f0(:, 9)*exp(strain(:, 3))
+        call self%update_in_context(context, dt, strain, tried, new_state, ok, turn)
+      else
+        call self%update(n, dt, strain, tried, new_state, ok, turn)
+      end if
       if (.not. ok) return
       through = strain(:, 3)
-      call advance_search(n, iteration, self%bulk, self%shear, before, tried, strain, search, &
-                          is_found)
+      call advance_search(n, iteration, self%bulk, self%shear, before, tried, strain, &
+                          search_values, is_found)
       if (is_found) exit
     end do
+    ! A user's law may itself iterate to no better than that.
+    if (.not. is_found .and. present(context)) &
+      is_found = is_as_good(n, self%shear, tried, strain, search_values)
     ok = is_found
     stress(:, :2) = tried(:, :2)
     stress(:, 3) = tried(:, 4)
     state = new_state
-  end subroutine search_plane
+  end subroutine search
 
   !> Let the state of points of a sheet count in their frames, before the first `update_plane`. Laws
   !! without directions of their own have nothing to do.

@@ -11,7 +11,7 @@ module plane_stress
   private
 
   public :: plane_trial, flow_in_plane, mode_moduli, plane_work, in_space, &
-            begin_search, advance_search
+            begin_search, advance_search, is_as_good
 
   integer, parameter, public :: max_trials = 100    !! of `advance_search`, which then has halved
 
@@ -195,6 +195,19 @@ contains
     end do
     is_done = n_open <= 0.0_wp
   end subroutine advance_search
+
+  !> Is a search over that could not go on, with a stress 33 that is small at all points?
+  pure logical function is_as_good(n, shear, tried, strain, search)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: shear
+    real(wp), intent(in), dimension(n, 6) :: tried, strain
+    real(wp), intent(in) :: search(n, 4)
+    real(wp), parameter :: loose = 1.0e-6_wp
+    real(wp) :: scaling(n)
+
+    scaling = maxval(abs(tried(:, [1, 2, 4])), 2) + shear*maxval(abs(strain(:, [1, 2, 4])), 2)
+    is_as_good = all(abs(search(:, 4)) <= loose*scaling)
+  end function is_as_good
 
   !> Slope of the stress 33 against the strain 33 of points that flow along their plastic strain,
   !! without hardening, as J2 flow has it (J. C. Simo and T. J. R. Hughes, Computational

@@ -5,7 +5,7 @@ module point_context
   implicit none
   private
 
-  public :: point_context_t, new_point_context
+  public :: point_context_t, new_point_context, number_in_plane, number_through
 
   !> Kinematics of the n points of a call over one step. Tensors row by row: 11, 12, 13, 21 ...
   type :: point_context_t
@@ -16,6 +16,7 @@ module point_context
     integer :: increment = 0                     !! number of the increment in it, from 1
     integer, allocatable :: element(:)           !! element number, from 1, shape (n)
     integer, allocatable :: point(:)             !! integration point number, from 1, shape (n)
+    integer :: in_plane = huge(1)                !! points in a layer of a shell, numbered first
     logical, allocatable :: is_owner(:)          !! false: a lane that repeats an element
     !> Deformation gradient at the start, (n, 9); not set where the law needs none.
     real(wp), allocatable :: f0(:, :)
@@ -44,5 +45,21 @@ contains
     if (present(n_fields)) context%n_fields = n_fields
     allocate (context%fields(n, 2*context%n_fields), source=0.0_wp)
   end function new_point_context
+
+  !> Number of point `l` of a call in its layer (NPT), in a solid in its element.
+  pure integer function number_in_plane(context, l) result(number)
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: l
+
+    number = mod(context%point(l) - 1, context%in_plane) + 1
+  end function number_in_plane
+
+  !> Number of its layer from the lower face (KSPT), 1 in a solid.
+  pure integer function number_through(context, l) result(number)
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: l
+
+    number = (context%point(l) - 1)/context%in_plane + 1
+  end function number_through
 
 end module point_context

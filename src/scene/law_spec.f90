@@ -31,6 +31,8 @@ module law_spec
     integer :: n_uvarm = 0                     !! UMAT: output variables of a UVARM
     logical :: has_own_fields = .false.        !! UMAT: field variables are set by a USDFLD
     logical :: is_small = .false.              !! UMAT: without deformation gradients
+    logical :: is_of_solids = .false.          !! UMAT: has no form for shells
+    logical :: is_sheet = .false.              !! UMAT: its points are in plane stress
   end type law_spec_t
 
 end module law_spec

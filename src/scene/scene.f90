@@ -247,6 +247,7 @@ module scene
     character(:), allocatable :: kind       !! UNIAXIAL, COMPRESSION, ... as *MATERIAL TEST has it
     integer :: material = 0                 !! index into `materials`
     real(wp) :: angle = 0.0_wp              !! axis 1 of the material to that of the test [degrees]
+    logical :: is_plane = .false.           !! plane stress, as in shells
     integer :: n_increments = 100           !! of each leg
     real(wp) :: rate = 1.0_wp               !! of the leading strain [1/time]
     real(wp) :: strain = 0.0_wp             !! logarithmic; simple shear: gamma

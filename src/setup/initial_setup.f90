@@ -192,23 +192,24 @@ contains
     end do
   end subroutine set_initial_states
 
-  !> What the deck gives to an element. Entries of the deck that come later replace the first values
-  !! of earlier ones.
+  !> The first state variables of an element, as far as the deck gives them. Entries that come later
+  !! replace the first values of earlier ones.
   function given_state(scene, blank, part, e) result(given)
     type(scene_t), intent(in) :: scene
     type(blank_t), intent(in) :: blank
     integer, intent(in) :: part, e(3)
-    real(wp) :: given(blank%law%n_state), centre(3)
+    real(wp), allocatable :: given(:)
+    real(wp) :: centre(3)
     integer :: i, n, n_output
 
-    given = 0.0_wp
+    allocate (given(0))
     n_output = scene%materials(scene%blank%material)%n_uvarm   ! these start as zero
     centre = point_coordinates(blank%parts(part)%element, e, [0.0_wp, 0.0_wp, 0.0_wp])
     do i = 1, size(scene%initial_states)
       associate (start => scene%initial_states(i))
         if (.not. holds(scene%sets(start%set), part, blank%parts(part)%element%grid, centre)) cycle
-        n = min(size(start%values), size(given) - blank%law%n_hidden - n_output)
-        given(:n) = start%values(:n)
+        n = min(size(start%values), blank%law%n_state - blank%law%n_hidden - n_output)
+        given = [start%values(:n), given(n + 1:)]
       end associate
     end do
   end function given_state
@@ -331,20 +332,31 @@ contains
     class(element_t), intent(inout) :: element
     integer, intent(in) :: e(3)
     real(wp), intent(in) :: given(:)
-    real(wp) :: values(size(given)), place(3)
-    integer :: q(3), qa, qb, qc
+    real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
+    real(wp) :: place(3), jacobian(3, 3)
+    integer :: q(3), in_layer(3), number(2), qa, qb, qc
 
     q = element%rule%n
+    allocate (stress(6, q(1), q(2), q(3)), state(law%n_state, q(1), q(2), q(3)))
+    call element%read_element(e, stress, state)
+    in_layer = q
+    if (element%is_surface) in_layer(3) = 1
     do qc = 1, q(3)
       do qb = 1, q(2)
         do qa = 1, q(1)
-          values = given
-          call evaluate_solid(element%grid, point_coordinates(element, e, &
-            [element%rule(1)%points(qa), element%rule(2)%points(qb), element%rule(3)%points(qc)]), &
-            place)
-          call set_initial_state(law, element_number(element, e), &
-                                 grid_number(q, [qa, qb, qc]), place, values)
-          call element%set_state(e, [qa, qb, qc], values)
+          state(:size(given), qa, qb, qc) = given
+          if (element%is_surface) then
+            call element%jacobian(element%grid, e, [qa, qb, qc], jacobian, place)
+            number = [grid_number(in_layer, [qa, qb, 1]), qc]
+          else
+            call evaluate_solid(element%grid, point_coordinates(element, e, &
+              [element%rule(1)%points(qa), element%rule(2)%points(qb), &
+               element%rule(3)%points(qc)]), place)
+            number = [grid_number(q, [qa, qb, qc]), 1]
+          end if
+          call set_initial_state(law, element_number(element, e), number, place, &
+                                 state(:, qa, qb, qc))
+          call element%set_state(e, [qa, qb, qc], state(:, qa, qb, qc))
         end do
       end do
     end do

@@ -6,7 +6,7 @@ module model_setup
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text
-  use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t
+  use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t, material_spec_t
   use linear_algebra, only: cross
   use knot_vector, only: n_spans
   use patch_seams, only: column_mask_t
@@ -171,10 +171,13 @@ contains
     type(user_library_t), intent(in), optional :: library
     real(wp), parameter :: short = 1.0e-6_wp   ! of the duration: about an increment
     class(block_law_t), allocatable :: law
+    type(material_spec_t) :: material
     type(error_t), allocatable :: error
     integer :: p, i, n
 
-    associate (spec => scene%blank, material => scene%materials(scene%blank%material))
+    material = scene%materials(scene%blank%material)
+    material%is_sheet = scene%blank%is_shell
+    associate (spec => scene%blank)
       do p = 1, size(spec%patches)
         call check_rule(spec, spec%patches(p), scene%reduction%axis, errors)
       end do

@@ -31,6 +31,8 @@ module material_point
     real(wp) :: gradient(3, 3) = 0.0_wp             !! deformation gradient
     real(wp), allocatable :: state(:)
     real(wp), allocatable :: fields(:)              !! temperature, field variables; may be none
+    logical :: is_plane = .false.                   !! in plane stress, as in a shell
+    real(wp) :: through = 0.0_wp                    !! its strain increment 33 before
   end type material_point_t
 
   !> Six conditions, a row each: on_strain . strain + on_stress . stress = what is asked for.
@@ -57,11 +59,13 @@ contains
 
   !> A point without strain and stress, its state variables as given or zero if no user's SDVINI
   !! says else.
-  function new_point(law, state, fields) result(point)
+  function new_point(law, state, fields, is_plane) result(point)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in), optional :: state(:)   !! the first state variables
     real(wp), intent(in), optional :: fields(:)  !! temperature and field variables, constant
+    logical, intent(in), optional :: is_plane    !! in plane stress, in a sheet along 1 and 2
     type(material_point_t) :: point
+    real(wp) :: row(1, law%n_state)
     integer :: i, n
 
     allocate (point%state(law%n_state), source=0.0_wp)
@@ -71,10 +75,15 @@ contains
       n = min(size(state), law%n_state - law%n_hidden)
       point%state(:n) = state(:n)
     end if
-    call set_initial_state(law, 1, 1, [0.0_wp, 0.0_wp, 0.0_wp], point%state)
+    call set_initial_state(law, 1, [1, 1], [0.0_wp, 0.0_wp, 0.0_wp], point%state)
     do i = 1, 3
       point%gradient(i, i) = 1.0_wp
     end do
+    if (present(is_plane)) point%is_plane = is_plane
+    if (.not. point%is_plane) return
+    row(1, :) = point%state
+    call law%lay_in_sheet(1, reshape(point%gradient, [1, 9]), row)
+    point%state = row(1, :)
   end function new_point
 
   !> Conditions on single components in a frame rotated by `angle` about axis 3.
@@ -139,7 +148,7 @@ contains
     increment%spin = spin
     increment%dt = dt
     increment%rotated = point%stress
-    if (.not. law%is_rotating) call rotate(spin, increment%rotated)
+    if (point%is_plane .or. .not. law%is_rotating) call rotate(spin, increment%rotated)
     call predict(law, control, increment, point, trial, error)
     if (.not. allocated(error)) call iterate(law, control, increment, point, trial, error)
     if (allocated(error)) return
@@ -147,6 +156,7 @@ contains
     point%strain = point%strain + trial%dstrain
     point%stress = trial%stress
     point%state = trial%state
+    point%through = trial%dstrain(3)
     point%time = point%time + dt
     point%increment = point%increment + 1
   end subroutine advance
@@ -165,7 +175,7 @@ contains
     integer :: cut
 
     matrix = 2.0_wp*law%shear*control%on_strain &
-             + matmul(control%on_stress, elastic_stiffness(law))
+             + matmul(control%on_stress, elastic_stiffness(law, point%is_plane))
     full = 0.0_wp
     full = -conditions(law, control, increment, full, increment%rotated)
     call solve(matrix, full, is_solved)
@@ -257,16 +267,14 @@ contains
     integer :: k
 
     h = max(relative*maxval(abs(trial%dstrain)), least)
+    matrix = 2.0_wp*law%shear*control%on_strain &
+             + matmul(control%on_stress, elastic_stiffness(law, point%is_plane))
     do k = 1, 6
+      if (point%is_plane .and. any(k == [3, 5, 6])) cycle   ! on which nothing depends
       changed = trial%dstrain
       changed(k) = changed(k) + h
       neighbour = try(law, control, increment, point, changed)
-      matrix(:, k) = 2.0_wp*law%shear*control%on_strain(:, k)
-      if (neighbour%is_good) then
-        matrix(:, k) = (neighbour%residual - trial%residual)/h
-      else
-        matrix(:, k) = matrix(:, k) + matmul(control%on_stress, stiffness_column(law, k))
-      end if
+      if (neighbour%is_good) matrix(:, k) = (neighbour%residual - trial%residual)/h
     end do
   end function tangent
 
@@ -282,6 +290,7 @@ contains
     real(wp) :: stress(1, 6), state(1, law%n_state)
 
     trial%dstrain = dstrain
+    if (point%is_plane) trial%dstrain([3, 5, 6]) = 0.0_wp
     stress(1, :) = increment%rotated
     state(1, :) = point%state
     if (law%needs_context) then
@@ -289,12 +298,18 @@ contains
       context%fields(1, :) = [point%fields, point%fields]
       context%element = 1
       context%point = 1
+      context%in_plane = merge(1, context%in_plane, point%is_plane)
       context%time = point%time
       context%step_time = point%time
       context%increment = point%increment + 1
       context%f0(1, :) = pack(transpose(point%gradient), .true.)
-      context%f1(1, :) = pack(transpose(end_gradient(point, dstrain, increment%spin)), .true.)
+      context%f1(1, :) = pack(transpose(end_gradient(point, trial%dstrain, increment%spin)), &
+                              .true.)
       context%length = 1.0_wp
+    end if
+    if (point%is_plane) then
+      call update_in_sheet(law, context, increment, point%through, trial, stress, state)
+    else if (law%needs_context) then
       call law%update_in_context(context, increment%dt, spread(dstrain, 1, 1), stress, state, &
                                  trial%is_good, spread(increment%spin, 1, 1))
     else
@@ -303,10 +318,36 @@ contains
     end if
     trial%stress = stress(1, :)
     trial%state = state(1, :)
-    trial%residual = conditions(law, control, increment, dstrain, trial%stress)
+    trial%residual = conditions(law, control, increment, trial%dstrain, trial%stress)
     trial%is_good = trial%is_good .and. all(abs(trial%stress) <= huge(1.0_wp)) &
                     .and. all(abs(trial%state) <= huge(1.0_wp))
   end function try
+
+  !> The law's answer in plane stress, and the strain increment 33.
+  subroutine update_in_sheet(law, context, increment, before, trial, stress, state)
+    class(block_law_t), intent(in) :: law
+    type(point_context_t), intent(inout) :: context
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: before                  ! strain increment 33 of the last increment
+    type(trial_t), intent(inout) :: trial
+    real(wp), intent(inout) :: stress(1, 6), state(1, law%n_state)
+    integer, parameter :: in_plane(3) = [1, 2, 4]
+    real(wp) :: plane(1, 3), through(1)
+
+    plane = stress(:, in_plane)
+    through = before
+    associate (strain => reshape(trial%dstrain(in_plane), [1, 3]), spin => increment%spin(:1))
+      if (law%needs_context) then
+        call law%update_plane_in_context(context, increment%dt, strain, plane, state, through, &
+                                         trial%is_good, spin)
+      else
+        call law%update_plane(1, increment%dt, strain, plane, state, through, trial%is_good, spin)
+      end if
+    end associate
+    stress = 0.0_wp
+    stress(:, in_plane) = plane
+    trial%dstrain(3) = through(1)
+  end subroutine update_in_sheet
 
   !> By how much the conditions are missed; those on strain count as stresses of twice the shear
   !! modulus times the strain.
@@ -339,29 +380,25 @@ contains
     strain(4:) = strain(4:) - point%stress(4:)/law%shear
   end function plastic_strain
 
-  pure function elastic_stiffness(law) result(matrix)
+  !> Hooke's law; in plane stress with any stiffness for strains on which nothing depends.
+  pure function elastic_stiffness(law, is_plane) result(matrix)
     class(block_law_t), intent(in) :: law
-    real(wp) :: matrix(6, 6)
+    logical, intent(in) :: is_plane
+    real(wp) :: matrix(6, 6), lame
     integer :: k
 
-    do k = 1, 6
-      matrix(:, k) = stiffness_column(law, k)
+    matrix = 0.0_wp
+    lame = law%bulk - 2.0_wp/3.0_wp*law%shear
+    matrix(:3, :3) = lame
+    if (is_plane) then
+      matrix(:3, :3) = 0.0_wp
+      matrix(:2, :2) = 2.0_wp*law%shear*lame/(lame + 2.0_wp*law%shear)
+    end if
+    do k = 1, 3
+      matrix(k, k) = matrix(k, k) + 2.0_wp*law%shear
+      matrix(k + 3, k + 3) = law%shear
     end do
   end function elastic_stiffness
-
-  pure function stiffness_column(law, k) result(column)
-    class(block_law_t), intent(in) :: law
-    integer, intent(in) :: k
-    real(wp) :: column(6)
-
-    column = 0.0_wp
-    if (k <= 3) then
-      column(:3) = law%bulk - 2.0_wp/3.0_wp*law%shear
-      column(k) = column(k) + 2.0_wp*law%shear
-    else
-      column(k) = law%shear
-    end if
-  end function stiffness_column
 
   !> Rotate a stress by a spin increment, as elements do.
   pure subroutine rotate(spin, stress)

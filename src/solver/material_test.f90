@@ -174,6 +174,7 @@ contains
       program%corners = spec%path(2:, :)
       program%times = spec%path(1, :)
     end select
+    if (spec%is_plane) program%is_stress([3, 5, 6]) = .true.
     program%control = new_control(program%is_stress, degree*spec%angle)
     if (spec%kind == "EQUIBIAXIAL") then
       strains = strain_to_frame(degree*spec%angle)
@@ -198,7 +199,7 @@ contains
     integer :: corner, i, n
 
     n = spec%n_increments*size(program%times)
-    point = new_point(law, spec%state, spec%fields)
+    point = new_point(law, spec%state, spec%fields, spec%is_plane)
     shear = 0.0_wp
     call note()
     start = 0.0_wp
@@ -280,7 +281,7 @@ contains
     type(material_point_t) :: start, point
     integer :: i, n
 
-    start = new_point(law, spec%state, spec%fields)
+    start = new_point(law, spec%state, spec%fields, spec%is_plane)
     tension = spec
     tension%kind = "UNIAXIAL"
     n = spec%n_repeats
@@ -340,7 +341,7 @@ contains
     control%on_strain(1, :) = cos(direction)*rows(1, :) + sin(direction)*rows(2, :)
     rows = stress_to_frame(degree*spec%angle)
     control%on_stress(2, :) = cos(direction)*rows(2, :) - sin(direction)*rows(1, :)
-    point = new_point(law, spec%state, spec%fields)
+    point = new_point(law, spec%state, spec%fields, spec%is_plane)
     aim = 0.0_wp
     step = first_step
     travel = 0.0_wp

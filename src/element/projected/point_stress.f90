@@ -9,6 +9,7 @@ module point_stress
   use element, only: grid_number
   use bulk_viscosity, only: viscous_factors
   use solid_patch, only: solid_patch_t, block_t, point_number
+  use patch_points, only: set_clock
   implicit none
   private
 
@@ -191,11 +192,8 @@ contains
       allocate (group%dstrain(n, 6), group%spin(n, 3), group%stress(n, 6), &
                 group%state(n, law%n_state))
     end if
+    call set_clock(patch, group%context)
     associate (context => group%context)
-      context%time = patch%time
-      context%step_time = patch%time - patch%step_start
-      context%step = patch%step
-      context%increment = patch%increment - patch%before_step + 1
       do q = 1, patch%axes(3)%n_points
         do i = 1, size(blocks)
           first = first_lane(size(blocks), q, i)

@@ -511,6 +511,8 @@ contains
     call carry_field(store, "through", size(self%points%through), self%points%through)
     call carry_field(store, "normal", size(self%points%normal), self%points%normal)
     call carry_field(store, "push_on_faces", size(self%through%push), self%through%push)
+    if (self%patch%has_context) &
+      call carry_field(store, "stretch", size(self%points%stretch), self%points%stretch)
     call carry_field(store, "face_thickness", size(self%thickness), self%thickness)
     call carry(store, "faces_seen", self%seen)
     if (.not. store%is_taking) return
@@ -533,6 +535,7 @@ contains
       n = n + size(points%metric) + size(points%thickness) + size(points%through) &
           + size(points%volume) + size(points%resultant) + size(points%normal)
       if (allocated(points%rational)) n = n + size(points%rational)
+      if (allocated(points%stretch)) n = n + size(points%stretch) + size(points%reference)
     end associate
   end function n_stored
 

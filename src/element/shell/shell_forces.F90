@@ -8,6 +8,7 @@ module shell_forces
   use solid_patch, only: solid_patch_t, shell_points_t, tile_t, tile_buffer_t, block_t, block_at, &
                          n_blocks_of, next_block
   use kernel_dispatch, only: instance_of
+  use shell_context, only: placed_law_t, new_placed_law, place_block
   use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
                           finish_evaluation
   use through_thickness, only: through_fields_t, normal_at_points, add_thickness
@@ -87,6 +88,7 @@ contains
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
     real(wp) :: push(n_lanes, 2, size(points%normal, 3))
+    type(placed_law_t) :: placed
     type(block_t) :: block
     type(tile_t) :: tile
     integer :: i
@@ -96,11 +98,16 @@ contains
     call clear_rows(tile, force, border)
     if (fields%is_watched) call clear_rows(tile, fields%thickness, fields%buffers(number)%force)
     push = 0.0_wp
+    if (law%needs_context) call new_placed_law(placed, patch, law)
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       call gather_motion(patch, block, dt, x, x, u, w)
       if (fields%is_pressed) call normal_at_points(patch, block, fields%normal, push)
-      call run_shell(patch, points, law, block, dt, push, u, f, sums, ok)
+      if (law%needs_context) then
+        call run_placed(patch, points, placed, block, dt, push, u, f, sums, ok)
+      else
+        call run_shell(patch, points, law, block, dt, push, u, f, sums, ok)
+      end if
       call add_forces(patch, tile, block, w, f, force, border)
       if (fields%is_watched) call add_thickness(patch, tile, block, &
                                                 seen_thickness(points, block%number, law), &
@@ -119,6 +126,27 @@ contains
     thickness = points%thickness(:, :, number) &
                 *(1.0_wp - points%normal(:, 1, :, number)/(law%bulk + 4.0_wp/3.0_wp*law%shear))
   end function seen_thickness
+
+  !> The same as `run_shell` of a law with the context of its points.
+  subroutine run_placed(patch, points, placed, block, dt, push, u, f, sums, ok)
+    type(solid_patch_t), intent(inout) :: patch
+    type(shell_points_t), intent(inout) :: points
+    type(placed_law_t), intent(inout) :: placed
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt, push(:, :, :)
+    real(wp), intent(in) :: u(*)
+    real(wp), intent(inout) :: f(*)
+    real(wp), intent(out) :: sums(n_lanes, 4)
+    logical, intent(out) :: ok
+    real(wp) :: metric(n_lanes, 6, patch%together)
+
+    call find_metric(patch, points, block, u, metric)
+    call place_block(patch, points, block, u, metric, placed)
+    call run_shell(patch, points, placed, block, dt, push, u, f, sums, ok)
+    associate (stretch => points%stretch(:, :, :, block%number))
+      stretch = stretch + points%through(:, :, :, block%number)
+    end associate
+  end subroutine run_placed
 
   !> Stress update and forces of a block.
   subroutine run_shell(patch, points, law, block, dt, push, u, f, sums, ok)
@@ -153,19 +181,32 @@ contains
     type(shell_points_t), intent(inout) :: points
     real(wp), intent(in), contiguous :: x(:, :, :, :)   !! control points (n1, n2, 1, 3) [length]
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3)
-    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), metric(n_lanes, 6, patch%together)
     type(block_t) :: block
-    integer :: p(3), q(3), i
+    integer :: i
 
-    p = patch%axes%degree
-    q = patch%axes%n_points
     do i = 1, patch%n_blocks
       block = block_at(patch, i)
       call gather_motion(patch, block, 0.0_wp, x, x, u, w)
-      select case (points%kernel)
-#include "kl_metric_cases.inc"
-      end select
+      call find_metric(patch, points, block, u, metric)
+      points%metric(:, :, :, i) = metric
     end do
   end subroutine set_metric
+
+  !> Fundamental forms of a block at the positions u.
+  subroutine find_metric(patch, points, block, u, metric)
+    type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(in) :: points
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: u(*)
+    real(wp), intent(out) :: metric(n_lanes, 6, *)
+    integer :: p(3), q(3)
+
+    p = patch%axes%degree
+    q = patch%axes%n_points
+    select case (points%kernel)
+#include "kl_metric_cases.inc"
+    end select
+  end subroutine find_metric
 
 end module shell_forces

@@ -13,6 +13,7 @@ module shell_setup
   use solid_patch, only: solid_patch_t, shell_points_t, element_of_lane, point_of_row
   use patch_setup, only: cut_patch
   use shell_forces, only: set_metric, shell_kernel_of
+  use shell_context, only: set_layers
   implicit none
   private
 
@@ -67,7 +68,7 @@ contains
     end do
     patch%is_rational = any(abs(middle%weights/middle%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
     if (patch%is_rational) patch%weights = middle%weights
-    call cut_patch(patch, merge(1, 16, law%is_serial), law%n_together)
+    call cut_patch(patch, merge(1, 16, law%is_serial), 1)   ! a law gets each block by itself
     points%kernel = shell_kernel_of(patch%axes%degree, patch%axes%n_points, patch%is_rational)
     associate (q => patch%axes%n_points)
       n = q(1)*q(2)
@@ -86,6 +87,8 @@ contains
     call look_at_sheet(patch, solid, middle, law, points, error)
     if (allocated(error)) return
     call set_volumes(patch, points)
+    patch%has_context = law%needs_context
+    if (patch%has_context) call set_layers(patch, points)
     call find_lengths(points, lengths)
     patch%shortest = min(minval(lengths), minval(points%thickness))
     patch%viscosity = new_viscosity(viscosity, law, lengths)

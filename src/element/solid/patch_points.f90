@@ -5,6 +5,7 @@ module patch_points
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
+  use point_context, only: point_context_t
   use basis_tables, only: n_lanes
   use element, only: jacobian_in_span
   use solid_patch, only: solid_patch_t, element_of_lane, is_counted_lane, point_of_row
@@ -12,7 +13,7 @@ module patch_points
   private
 
   public :: new_point_volumes, set_reference, determinant, inverse_rows
-  public :: energy_of_points, new_given_fields, spread_to_points
+  public :: energy_of_points, new_given_fields, spread_to_points, set_clock
 
   integer, parameter :: parallel_size = 4000   !! fewer points are not worth waking threads for
 
@@ -158,6 +159,17 @@ contains
       energy = energy + volumes(l)*(mean**2*by_bulk + shear_part*by_shear)
     end do
   end function energy_of_row
+
+  !> Times and numbers of the increment that a patch is about to make.
+  pure subroutine set_clock(patch, context)
+    type(solid_patch_t), intent(in) :: patch
+    type(point_context_t), intent(inout) :: context
+
+    context%time = patch%time
+    context%step_time = patch%time - patch%step_start
+    context%step = patch%step
+    context%increment = patch%increment - patch%before_step + 1
+  end subroutine set_clock
 
   !> Room for fields that are zero everywhere.
   subroutine new_given_fields(patch, n_fields)

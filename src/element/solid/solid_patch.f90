@@ -101,6 +101,10 @@ module solid_patch
     real(wp), allocatable :: volume(:, :, :)          !! of the points at the start, likewise
     !> Strain increments through the thickness of the last step, (8, q3, q1*q2, n_blocks).
     real(wp), allocatable :: through(:, :, :, :)
+    !> Logarithms of the stretches through the thickness, likewise, and the inverse tangents of the
+    !! layers at the start, in the frame and row by row, (8, 4, q3, q1*q2, n_blocks): both for laws
+    !! with context alone.
+    real(wp), allocatable :: stretch(:, :, :, :), reference(:, :, :, :, :)
     !> Forces and moments per length over the thickness, in the frame of the points as mean, half
     !! difference and shear, (8, 6, q1*q2, n_blocks).
     real(wp), allocatable :: resultant(:, :, :, :)
