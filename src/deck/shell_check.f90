@@ -21,7 +21,6 @@ contains
     integer :: p, axis
 
     if (.not. scene%blank%is_shell) return
-    call check_law(scene, errors)
     do p = 1, size(scene%blank%patches)
       associate (patch => scene%blank%patches(p))
         if (any(patch%is_joined(5:6))) call add_error(errors, scene%blank%origin, "patch '"// &
@@ -34,19 +33,6 @@ contains
       end associate
     end do
   end subroutine check_shell
-
-  !> Stress of these laws follows from a deformation gradient.
-  subroutine check_law(scene, errors)
-    type(scene_t), intent(in) :: scene
-    type(error_list_t), intent(inout) :: errors
-    character(*), parameter :: expected = "a law that plane stress serves: *ELASTIC, "// &
-      "*PLASTIC or *USER MATERIAL; or ELEMENT=SOLID"
-
-    associate (material => scene%materials(scene%blank%material))
-      if (material%law == "NEO HOOKE") call add_error(errors, material%origin, &
-        "*HYPERELASTIC of a blank with ELEMENT=SHELL", expected)
-    end associate
-  end subroutine check_law
 
   !> A shell needs second derivatives to bend.
   subroutine check_axis(scene, patch, axis, errors)

@@ -122,9 +122,13 @@ contains
     type(point_context_t), intent(inout), optional :: context
     real(wp), dimension(n, 6) :: strain, before, tried
     real(wp) :: new_state(n, self%n_state), turn(n, 3), search_values(n, 4)
+    real(wp), parameter :: rounding = 1.0e-14_wp   ! of what follows from gradients
+    real(wp) :: noise
     logical :: is_found
     integer :: iteration
 
+    noise = 0.0_wp
+    if (present(context)) noise = rounding*self%bulk
     strain = 0.0_wp
     strain(:, :2) = dstrain(:, :2)
     strain(:, 3) = through
@@ -146,7 +150,7 @@ contains
       end if
       if (.not. ok) return
       through = strain(:, 3)
-      call advance_search(n, iteration, self%bulk, self%shear, before, tried, strain, &
+      call advance_search(n, iteration, self%bulk, self%shear, noise, before, tried, strain, &
                           search_values, is_found)
       if (is_found) exit
     end do

@@ -155,9 +155,11 @@ contains
   !> One step towards stress 33 = 0 of points whose stress rises with the strain 33. Found points
   !! keep their strain. The first slope is that of flow along the plastic strain of the trial, later
   !! ones are secants; a step that leaves the bracket is halved.
-  pure subroutine advance_search(n, iteration, bulk, shear, before, tried, strain, search, is_done)
+  pure subroutine advance_search(n, iteration, bulk, shear, noise, before, tried, strain, search, &
+                                 is_done)
     integer, intent(in) :: n, iteration        !! of the steps, from 1
     real(wp), intent(in) :: bulk, shear
+    real(wp), intent(in) :: noise              !! stress 33 that counts as none
     real(wp), intent(in), dimension(n, 6) :: before, tried     !! stress, after `strain` as well
     real(wp), intent(inout) :: strain(n, 6), search(n, 4)
     logical, intent(out) :: is_done            !! at all points
@@ -181,13 +183,14 @@ contains
       if (residual < 0.0_wp) search(l, 1) = now
       if (residual > 0.0_wp) search(l, 2) = now
       next = now - residual/slope(l)
-      if (next <= search(l, 1) .or. next >= search(l, 2) .or. iteration > most_secants) &
+      if (next <= search(l, 1) .or. next >= search(l, 2) .or. &
+          (iteration > most_secants .and. search(l, 2) - search(l, 1) < any_strain)) &
         next = 0.5_wp*(search(l, 1) + search(l, 2))
       scaling = max(abs(tried(l, 1)), abs(tried(l, 2)), abs(tried(l, 4))) &
                 + shear*max(abs(strain(l, 1)), abs(strain(l, 2)), abs(strain(l, 4)))
       ! Counted, for a largest value would pass over what is not a number.
       is_open = 1.0_wp
-      if (abs(residual) <= tolerance*scaling) is_open = 0.0_wp
+      if (abs(residual) <= tolerance*scaling + noise) is_open = 0.0_wp
       n_open = n_open + is_open
       search(l, 3) = now
       search(l, 4) = residual
