@@ -20,6 +20,7 @@ import fields
 import foreign
 import keeping
 import overruns
+import sheets
 from common import BODY, Bench, FILES, INPUT, STEEL, TURNING, VOCE, deck, same, user
 
 
@@ -401,7 +402,12 @@ CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
           fields.blocks_give_the_same_as_points, fields.decks_and_files_must_agree,
           fields.failures_name_the_routine,
           foreign.sources_for_ifort_are_accepted, foreign.causes_are_named,
-          foreign.languages_and_libraries)
+          foreign.languages_and_libraries,
+          sheets.both_forms_agree_with_built_in_laws, sheets.restarts_continue_with_the_same_bits,
+          sheets.sheets_are_described_to_the_law,
+          sheets.gradients_store_the_work_that_strains_do,
+          sheets.axes_of_the_material_begin_along_x,
+          sheets.laws_of_solids_are_told_of_the_option)
 
 
 def run_checks(igaform, checks):

@@ -1,5 +1,5 @@
 c     Compressible neo-Hooke from DFGRD1 alone:
-c     sigma = mu/J (B - 1) + lambda ln(J)/J 1
+c     sigma = mu/J (B - 1) + lambda ln(J)/J 1; STATEV(1) is the energy
       subroutine umat(stress,statev,ddsdde,sse,spd,scd,rpl,ddsddt,
      1 drplde,drpldt,stran,dstran,time,dtime,temp,dtemp,predef,dpred,
      2 cmname,ndi,nshr,ntens,nstatv,props,nprops,coords,drot,pnewdt,
@@ -19,6 +19,8 @@ c     sigma = mu/J (B - 1) + lambda ln(J)/J 1
       do i=1,3
         stress(i) = (amu*(b(i,i)-1.d0)+alam*log(det))/det
       end do
+      if (nstatv .ge. 1) statev(1) = 0.5d0*(amu*(b(1,1)+b(2,2)+b(3,3)
+     1  -3.d0-2.d0*log(det)) + alam*log(det)**2)
       stress(4) = amu*b(1,2)/det
       stress(5) = amu*b(1,3)/det
       stress(6) = amu*b(2,3)/det
