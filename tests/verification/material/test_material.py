@@ -159,6 +159,28 @@ class TestExample(Folder):
                 np.testing.assert_array_equal(other["tests"][name], self.file["tests"][name])
 
 
+class TestPlaneStress(Folder):
+    def test_a_sheet_of_hills_steel_is_pulled_and_sheared(self):
+        test = ("*MATERIAL TEST, NAME={name}, MATERIAL=steel, TYPE={kind}, INCREMENTS=20, "
+                "ANGLE=20{state}\n0.1\n")
+        deck = (STEEL.format(hardening=250) + "*POTENTIAL, TYPE=HILL48\n1.8, 1.5, 2.2\n"
+                "*ORIENTATION, SYSTEM=RECTANGULAR\n0, 1, 0, -1, 0, 0\n")
+        for kind in ("UNIAXIAL", "EQUIBIAXIAL", "PLANE STRAIN", "SIMPLE SHEAR"):
+            deck += test.format(name=kind, kind=kind, state="")
+            deck += test.format(name=kind + " 2", kind=kind, state=", STRESS STATE=PLANE STRESS")
+        self.run_program("material", self.write(deck), "--quiet")
+        with h5py.File(self.path("deck.h5")) as file:
+            for kind in ("UNIAXIAL", "EQUIBIAXIAL", "PLANE STRAIN"):
+                solid, sheet = file["tests"][kind], file["tests"][kind + " 2"]
+                self.assertEqual(sheet.attrs["stress_state"], b"PLANE STRESS")
+                np.testing.assert_allclose(sheet["stress"], solid["stress"], atol=2e-6)
+                np.testing.assert_allclose(sheet["strain"], solid["strain"], atol=1e-10)
+            solid, sheet = file["tests/SIMPLE SHEAR"], file["tests/SIMPLE SHEAR 2"]
+            self.assertGreater(abs(solid["stress"][-1, 2]), 1)
+            self.assertGreater(abs(sheet["strain"][-1, 2]), 1e-5)
+            self.assertEqual(sheet["stress"][-1, 2], 0)
+
+
 class TestRuns(Folder):
     def test_faults_leave_nothing_behind(self):
         for deck, words in ((STEEL.format(hardening=250), "*MATERIAL TEST"),

@@ -27,6 +27,7 @@ SWING = SHELL + RUN.format(hold="ENCASTRE", component=2, **AXES)
 BEND = SHELL + RUN.format(hold="ENCASTRE", component=3, **AXES)
 SPACE = ", STRESS STATE=THREE DIMENSIONAL"
 EQPS = "\n1, EQPS"
+KINDS = ("UNIAXIAL", "EQUIBIAXIAL", "PLANE STRAIN", "SIMPLE SHEAR")
 PLASTIC = f"*ELASTIC\n{STEEL}\n*PLASTIC, HARDENING=VOCE\n250, 250, 6"
 ELASTIC = f"*ELASTIC\n{STEEL}\n"
 
@@ -49,6 +50,28 @@ def both_forms_agree_with_built_in_laws(bench):
     one = bench.values(deck(user(VOCE, 1, SPACE, EQPS), SWING), INPUT / "vumat_voce.f", threads=1)
     two = bench.values(deck(user(VOCE, 1, SPACE, EQPS), SWING), INPUT / "vumat_voce.f", threads=2)
     assert all(np.array_equal(a, b) for a, b in zip(one, two)), "threads change the result"
+
+
+def material_tests_know_both_forms(bench):
+    """The built-in law in plane stress, and both forms of UMAT and VUMAT; shear turns the axes."""
+    tests = "".join(f"*MATERIAL TEST, NAME={kind}, MATERIAL=steel, TYPE={kind}, INCREMENTS=50, "
+                    f"STRESS STATE=PLANE STRESS, ANGLE=25\n0.1\n" for kind in KINDS)
+    results = []
+    for law, files in ((PLASTIC, []),
+                       (user(VOCE, 1, "", EQPS), [FILES / "voce_sheet.f"]),
+                       (ELASTIC + user(VOCE, 1, SPACE, EQPS), [INPUT / "umat_voce.f"]),
+                       (ELASTIC + user(VOCE, 1, "", EQPS), [FILES / "vumat_sheet.f"]),
+                       (user(VOCE, 1, SPACE, EQPS), [INPUT / "vumat_voce.f"])):
+        path = bench.run(deck(law, "") + tests, *files, command=["material"])
+        with h5py.File(path) as file:
+            results.append({kind: [file["tests"][kind][name][...] for name in
+                                   ("stress", "strain", "eqps")] for kind in KINDS})
+    for kind in KINDS:
+        for result in results[1:]:
+            limit = 1e-5 if kind == "SIMPLE SHEAR" else 1e-9
+            for one, other, scale in zip(result[kind], results[0][kind], (400, 0.1, 0.1)):
+                assert abs(one - other).max() < limit * scale, (kind, abs(one - other).max())
+        assert results[0][kind][2].max() > 0.05
 
 
 def restarts_continue_with_the_same_bits(bench):
