@@ -167,7 +167,7 @@ contains
     real(wp), intent(in) :: state(:)         !! all that the law keeps for the point
     real(wp), intent(out) :: bulk, shear
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: source
+    character(:), allocatable :: source, words
     real(wp) :: stiffness(6)
     logical :: is_finite
 
@@ -188,7 +188,10 @@ contains
       else if (uneven_stiffness(stiffness > 0.0_wp) /= "") then
         call fail(error, "material: "//source//" is "//uneven_stiffness(stiffness > 0.0_wp))
       else if (.not. shear > 0.0_wp) then
-        call fail(error, "material: "//source//" is not positive, so the stable time "// &
+        words = " is not positive"
+        if (law%is_plane .and. all(stiffness > 0.0_wp)) words = " is not that of plane stress "// &
+          "(its components for 11 and 12 give no Poisson's ratio from -1 to 0.5)"
+        call fail(error, "material: "//source//words//", so the stable time "// &
                   "increment is not known; an *ELASTIC together with *USER MATERIAL gives it")
       end if
     end select

@@ -32,6 +32,9 @@ contains
 
     allocate (placed%law, source=law)
     placed%n_state = law%n_state
+    placed%density = law%density
+    placed%bulk = law%bulk
+    placed%shear = law%shear
     associate (q => patch%axes%n_points)
       placed%context = new_point_context(n_lanes*product(q), patch%n_fields)
       placed%context%in_plane = q(1)*q(2)
