@@ -25,7 +25,7 @@ module umat_adapter
   integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
   integer, parameter :: n_spare = 24         ! zeros after the state variables, see `slack`
 
-  integer, parameter :: in_space(6) = [1, 2, 3, 4, 5, 6], in_plane(3) = [1, 2, 4]   ! components
+  integer, parameter :: in_plane(3) = [1, 2, 4]   ! components of the form for shells
 
   !> A UMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: umat_adapter_t
@@ -78,14 +78,33 @@ contains
     law%at_states = 12 + 2*n_guard
   end function new_umat_adapter
 
-  !> The components of tensors in a call.
-  pure function components_of(self) result(components)
-    class(umat_adapter_t), intent(in) :: self
-    integer :: components(self%n_tens)
+  !> The components of point `l` of some tensors, as a call has them.
+  pure subroutine take(is_plane, n, l, tensors, values)
+    logical, intent(in) :: is_plane
+    integer, intent(in) :: n, l
+    real(wp), intent(in) :: tensors(n, 6)
+    real(wp), intent(inout) :: values(*)
 
-    components = in_space(:self%n_tens)
-    if (self%is_plane) components = in_plane
-  end function components_of
+    if (is_plane) then
+      values(:3) = tensors(l, in_plane)
+    else
+      values(:6) = tensors(l, :)
+    end if
+  end subroutine take
+
+  !> The reverse.
+  pure subroutine put_back(is_plane, n, l, values, tensors)
+    logical, intent(in) :: is_plane
+    integer, intent(in) :: n, l
+    real(wp), intent(in) :: values(*)
+    real(wp), intent(inout) :: tensors(n, 6)
+
+    if (is_plane) then
+      tensors(l, in_plane) = values(:3)
+    else
+      tensors(l, :) = values(:6)
+    end if
+  end subroutine put_back
 
   !> The form for shells. The strain 33 is elastic by the moduli of the law, and what is plastic
   !! keeps the volume.
@@ -126,14 +145,16 @@ contains
     type(increment_t) :: increment
     real(wp) :: room(size_of_room(self)), values(at_kept - 1 + n_carried(self))
     real(wp) :: strain(context%n, 6), rotation(context%n, 9)
-    integer :: components(self%n_tens), l
     logical :: is_refused
+    integer :: l
 
-    components = components_of(self)
     associate (n => self%n_statv, m => self%n_before)
-      strain = 0.0_wp
-      strain(:, components) = state(:, m + 1:m + self%n_tens)
-      strain(:, 4:) = 0.5_wp*strain(:, 4:)
+      strain(:, :3) = state(:, m + 1:m + 3)
+      strain(:, 4:) = 0.5_wp*state(:, m + 4:m + 6)
+      if (self%is_plane) then
+        strain(:, 3) = 0.0_wp
+        strain(:, 4) = 0.5_wp*state(:, m + 3)
+      end if
       call rotate_by_spin(context%n, spin, strain)
       strain(:, 4:) = 2.0_wp*strain(:, 4:)
       call rotations_of_spins(context%n, spin, rotation)
@@ -149,18 +170,22 @@ contains
         if (.not. context%is_owner(l)) cycle
         increment%element = int(context%element(l), c_int)
         increment%point = int(context%point(l), c_int)
-        increment%in_layer = int(number_in_plane(context, l), c_int)
-        increment%layer = int(number_through(context, l), c_int)
+        increment%in_layer = increment%point
+        increment%layer = 1
+        if (increment%point > context%in_plane) then
+          increment%in_layer = int(number_in_plane(context, l), c_int)
+          increment%layer = int(number_through(context, l), c_int)
+        end if
         call set_values(context%n, l, n_carried(self), rotation, context%place, context%length, &
                         state(:, m + 1:), values)
-        values(at_dstrain:at_dstrain + self%n_tens - 1) = dstrain(l, components)
-        values(at_kept:at_kept + self%n_tens - 1) = strain(l, components)
+        call take(self%is_plane, context%n, l, dstrain, values(at_dstrain:))
+        call take(self%is_plane, context%n, l, strain, values(at_kept:))
         if (self%needs_gradients) call set_gradients(context%n, l, context%f0, context%f1, values)
         call set_temperature(self, context, l, values, increment)
         if (associated(self%usdfld)) &
           call define_fields(self, context, l, dt, stress(l, :), state(l, :), increment%fields, &
                              increment%changes)
-        room(:self%n_tens) = stress(l, components)
+        call take(self%is_plane, context%n, l, stress, room)
         room(self%at_states + 1:self%at_states + n) = state(l, :n)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
         call call_umat(self, increment, values, room, is_refused, ok)
@@ -170,7 +195,7 @@ contains
         else if (.not. ok) then
           call note_failure(increment%element, increment%point, 1_c_int)
         end if
-        stress(l, components) = room(:self%n_tens)
+        call put_back(self%is_plane, context%n, l, room, stress)
         state(l, :n) = room(self%at_states + 1:self%at_states + n)
         state(l, m + 1:) = values(at_kept:)
         if (.not. ok) exit
@@ -255,13 +280,12 @@ contains
     real(wp), intent(in) :: state(self%n_state)       ! at the start
     real(wp), intent(inout) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
     logical, intent(out) :: ok
-    real(wp) :: whole(size(values)), rotation(3, 3)
-    real(wp), dimension(6) :: start, part_stress, strain
+    real(wp) :: whole(size(values)), rotation(3, 3), start(6)
+    real(wp), dimension(1, 6) :: part_stress, strain
     type(increment_t) :: part
     logical :: is_refused
-    integer :: components(self%n_tens), halvings, n_parts, i
+    integer :: halvings, n_parts, i
 
-    components = components_of(self)
     start = rotated_stress(transpose(rotation_of_spin(spin)), stress)
     whole = values
     strain = 0.0_wp
@@ -276,7 +300,7 @@ contains
       values(at_rotation:at_rotation + 8) = reshape(rotation, [9])
       values(at_kept:) = state(self%n_before + 1:)
       room(self%at_states + 1:self%at_states + self%n_statv) = state(:self%n_statv)
-      part_stress = start
+      part_stress(1, :) = start
       do i = 1, n_parts
         part%times = increment%times + (i - 1)*part%dt
         part%temperature = increment%temperature + (i - 1)*part%heating
@@ -287,13 +311,13 @@ contains
           values(at_f0:at_f0 + 8) = f0 + (f1 - f0)*(i - 1)/n_parts
           values(at_f1:at_f1 + 8) = f0 + (f1 - f0)*i/n_parts
         end associate
-        part_stress = rotated_stress(rotation, part_stress)
-        strain(components) = values(at_kept:at_kept + self%n_tens - 1)
-        strain = rotated_strain(rotation, strain)
-        values(at_kept:at_kept + self%n_tens - 1) = strain(components)
-        room(:self%n_tens) = part_stress(components)
+        part_stress(1, :) = rotated_stress(rotation, part_stress(1, :))
+        call put_back(self%is_plane, 1, 1, values(at_kept:), strain)
+        strain(1, :) = rotated_strain(rotation, strain(1, :))
+        call take(self%is_plane, 1, 1, strain, values(at_kept:))
+        call take(self%is_plane, 1, 1, part_stress, room)
         call call_umat(self, part, values, room, is_refused, ok)
-        part_stress(components) = room(:self%n_tens)
+        call put_back(self%is_plane, 1, 1, room, part_stress)
         if (is_refused .or. .not. ok) exit
       end do
       if (.not. ok) call note_failure(increment%element, increment%point, 1_c_int)
@@ -340,7 +364,11 @@ contains
 
     associate (n => self%n_statv, n_tens => self%n_tens, at_tangent => self%at_tangent, &
                at_states => self%at_states)
-      room(at_tangent + 1:at_tangent + n_tens**2) = 0.0_wp
+      if (self%is_plane) then
+        room(at_tangent + 1:at_tangent + 9) = 0.0_wp
+      else
+        room(at_tangent + 1:at_tangent + 36) = 0.0_wp
+      end if
       heat = 0.0_wp
       heat_by_strain = 0.0_wp
       stress_by_temperature = 0.0_wp
@@ -368,8 +396,8 @@ contains
       values(at_kept:at_kept + 5) = values(at_kept:at_kept + 5) + values(at_dstrain:at_dstrain + 5)
       if (self%heat_state > 0) values(size(values)) = values(size(values)) &
         + self%heat_per_work*(values(at_energies + 1) + values(at_energies + 2) - work)
-      associate (stress => room(:n_tens), state => room(at_states + 1:at_states + n))
-        ! Of a finite sum all parts are finite.
+      associate (stress => room(:6), state => room(at_states + 1:at_states + n))
+        ! Of a finite sum all parts are finite; so are the marks after three stresses.
         ok = sum(abs(stress)) + sum(abs(state)) <= huge(1.0_wp)
         if (.not. ok) ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state))
       end associate
