@@ -110,22 +110,11 @@ contains
       end if
       call add_forces(patch, tile, block, w, f, force, border)
       if (fields%is_watched) call add_thickness(patch, tile, block, &
-                                                seen_thickness(points, block%number, law), &
+                                                points%thickness(:, :, block%number), &
                                                 fields%thickness, fields%buffers(number)%force)
       call add_report(report, sums, ok, block)
     end do
   end subroutine forces_of_tile
-
-  !> What the faces see of the thickness of a block, see `through_thickness`.
-  pure function seen_thickness(points, number, law) result(thickness)
-    type(shell_points_t), intent(in) :: points
-    integer, intent(in) :: number
-    class(block_law_t), intent(in) :: law
-    real(wp) :: thickness(n_lanes, size(points%thickness, 2))
-
-    thickness = points%thickness(:, :, number) &
-                *(1.0_wp - points%normal(:, 1, :, number)/(law%bulk + 4.0_wp/3.0_wp*law%shear))
-  end function seen_thickness
 
   !> The same as `run_shell` of a law with the context of its points.
   subroutine run_placed(patch, points, placed, block, dt, push, u, f, sums, ok)

@@ -6,8 +6,8 @@
 !! each, of the forces of the increment before: at a control point the force over its area. The
 !! thickness of a control point is the mean of that of the integration points around. Both go with
 !! the basis functions, and in every increment: a sheet that is squeezed between tools would swing
-!! with any more delay. The faces do not see the elastic compression by the pressure, 1e-4 of the
-!! thickness: an increment late, it would make energy in every impact.
+!! with any more delay. Only yielding feels it: an increment late, what is elastic under it (strains
+!! of 1e-4) would give energy to every vibration on a tool.
 module through_thickness
   use kinds, only: wp
   use basis_tables, only: n_lanes
