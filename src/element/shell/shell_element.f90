@@ -38,6 +38,8 @@ module shell_element
     integer :: seen = -2                    !! force evaluations before that look, -2: none yet
     !> At the control points when it was last looked at, see `look_at_faces`, (n1, n2) [length].
     real(wp), allocatable :: thickness(:, :)
+    real(wp), allocatable :: thickening(:, :)          !! its rate in that increment
+    real(wp) :: dt = 0.0_wp                            !! of that increment
     real(wp), allocatable :: start_faces(:, :, :, :)   !! control points of both at the start
     type(through_fields_t) :: through
   contains
@@ -94,6 +96,7 @@ contains
       call new_through_fields(element%patch, sum(mass, 3)/law%density, element%through)
     end associate
     element%thickness = thickness_of(element)
+    allocate (element%thickening, source=0.0_wp*element%thickness)
     associate (motion => element%motion)
       allocate (motion%x, source=element%grid%points)
       allocate (motion%v, motion%internal_force, motion%external_force, mold=motion%x)
@@ -114,6 +117,7 @@ contains
     type(force_report_t), intent(out) :: report
 
     self%patch%n_before = self%n_before
+    self%dt = dt
     self%through%is_watched = self%seen == self%patch%increment
     if (self%through%is_watched) call take_pushes(self%through, self%thickness)
     self%through%is_pressed = self%through%is_pressed .and. self%through%is_watched
@@ -385,9 +389,12 @@ contains
     call find_normals(self%faces, self%motion%x)
     if (self%seen < self%patch%increment - 1) then
       self%thickness = thickness_of(self)
+      self%thickening = 0.0_wp
       self%through%push = 0.0_wp
     else
+      self%thickening = self%thickness
       self%thickness = self%through%thickness(:, :, 1, 1)/self%through%unit
+      self%thickening = (self%thickness - self%thickening)/max(self%dt, tiny(1.0_wp))
     end if
     self%seen = self%patch%increment
   end subroutine look_at_faces
@@ -449,7 +456,7 @@ contains
     real(wp), allocatable :: thickness(:, :)
 
     if (self%seen == self%patch%increment) then
-      call face_velocities(self%faces, side, self%motion%v, self%thickness, net)
+      call face_velocities(self%faces, side, self%motion%v, self%thickness, net, self%thickening)
     else
       call find_faces(self, faces, thickness)
       call face_velocities(faces, side, self%motion%v, thickness, net)
@@ -514,6 +521,7 @@ contains
     if (self%patch%has_context) &
       call carry_field(store, "stretch", size(self%points%stretch), self%points%stretch)
     call carry_field(store, "face_thickness", size(self%thickness), self%thickness)
+    call carry_field(store, "face_thickening", size(self%thickening), self%thickening)
     call carry(store, "faces_seen", self%seen)
     if (.not. store%is_taking) return
     call find_normals(self%faces, self%motion%x)

@@ -429,17 +429,23 @@ contains
   end function arm_of
 
   !> Velocities of the control points of a face, from those of the mid-surface.
-  subroutine face_velocities(faces, side, v, thickness, net)
+  subroutine face_velocities(faces, side, v, thickness, net, thickening)
     type(shell_faces_t), intent(in) :: faces
     integer, intent(in) :: side                                 !! 5 or 6
     real(wp), intent(in) :: v(faces%n(1), faces%n(2), 3)        !! [length/time]
     real(wp), intent(in) :: thickness(faces%n(1), faces%n(2))   !! at the control points [length]
     real(wp), intent(out) :: net(faces%n(1), faces%n(2), 3)     !! [length/time]
-    integer :: j
+    !> Rate of the thickness [length/time]; without it, it is held.
+    real(wp), intent(in), optional :: thickening(faces%n(1), faces%n(2))
+    integer :: j, c
 
-    !$omp parallel do schedule(static) if (product(faces%n) > parallel_size)
+    !$omp parallel do schedule(static) private(c) if (product(faces%n) > parallel_size)
     do j = 1, faces%n(2)
       call velocity_row(faces, faces%n(1), faces%n(2), side, v, thickness, j, net)
+      if (.not. present(thickening)) cycle
+      do c = 1, 3
+        net(:, j, c) = net(:, j, c) + arm_of(side)*thickening(:, j)*faces%director(:, j, c)
+      end do
     end do
     !$omp end parallel do
   end subroutine face_velocities
