@@ -469,8 +469,9 @@ contains
     if (all(is_stiff) .or. .not. any(is_stiff)) return
     words = "positive for the components "//joined(strings(pack(names, is_stiff)), ", ")// &
             " but not for "//joined(strings(pack(names, .not. is_stiff)), ", ")//", as in a "// &
-            "law for shells, plane stress or plane strain; solids have NTENS = 6, and *BLANK "// &
-            "with ELEMENT=SHELL makes shells"
+            "law for shells or plane strain; NTENS = 6 here, as for solids: a law for shells "// &
+            "needs *BLANK with ELEMENT=SHELL, or *MATERIAL TEST with STRESS STATE=PLANE "// &
+            "STRESS, and *USER MATERIAL without STRESS STATE=THREE DIMENSIONAL"
   end function uneven_stiffness
 
   !> End the run because of what the call in hand did, such as "returns ...".

@@ -13,7 +13,7 @@ module material_run
   use scene, only: scene_t, material_spec_t, material_test_spec_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
-  use law_setup, only: build_law
+  use law_setup, only: build_law, refuse_call
   use user_call, only: at_stop, forget_thread
   use user_law, only: lacks_moduli, find_moduli, first_point_t
   use material_point, only: material_point_t, new_point
@@ -147,7 +147,7 @@ contains
     law%bulk = bulk
     law%shear = shear
     if (.not. allocated(error)) return
-    call add_error(errors, material%origin, error%message, "a law that can be called")
+    call refuse_call(material, error, errors)
     deallocate (law)
   end subroutine ask_law
 

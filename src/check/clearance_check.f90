@@ -20,7 +20,6 @@ module clearance_check
   public :: check_clearance
 
   real(wp), parameter :: least_room = 0.9_wp  !! of the thickness, that is no mistake
-  real(wp), parameter :: all_room = 0.999_wp  !! the same for shells, which do not resist there
   real(wp), parameter :: facing = 0.5_wp      !! cosine between surfaces that face each other
   real(wp), parameter :: deep = 3.0_wp        !! overlap beyond it, of the thickness: another side
   real(wp), parameter :: sideways = 0.8_wp    !! part of a stroke: where more of it is too much ...
@@ -82,7 +81,7 @@ contains
                                                     thickness, target)
         associate (a => encounters(i), b => encounters(j), tools => model%bodies%tools)
           call find_tightest(tools(a%tool), a%path, tools(b%tool), b%path, period, target, tightest)
-          if (tightest%clearance < merge(all_room, least_room, scene%blank%is_shell)*thickness) &
+          if (tightest%clearance < least_room*thickness) &
             call report(scene, a, b, tightest, thickness, errors)
         end associate
       end do

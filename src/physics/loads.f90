@@ -110,7 +110,7 @@ contains
 
     now = curve_value(self%curve, instant%time)
     associate (body => bodies%blank%parts(self%part)%element)
-      call body%look_at_faces()
+      if (body%is_own_face(self%face)) call body%look_at_faces()
       self%external_work = self%external_work + 0.5_wp*(self%scaling + now)*instant%dt &
                            *power_of(self, body)
       if (body%is_own_face(self%face)) then

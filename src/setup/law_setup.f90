@@ -12,7 +12,7 @@ module law_setup
   implicit none
   private
 
-  public :: build_law
+  public :: build_law, refuse_call
 
 contains
 
@@ -41,7 +41,7 @@ contains
     if (present(n_fields)) n_own = max(0, n_fields - 1)
     call new_user_law(library, material, n_own, law, note, error)
     if (allocated(error)) then
-      call add_error(errors, material%origin, error%message, "a law that can be called")
+      call refuse_call(material, error, errors)
       return
     end if
     if (note /= "") call add_warning(errors, material%origin, note, &
@@ -57,13 +57,11 @@ contains
     type(material_spec_t), intent(in) :: material
     type(error_t), intent(in) :: error
     type(error_list_t), intent(inout) :: errors
-    character(*), parameter :: prefix = "material: "
     integer, parameter :: most_numbers = 10
     character(:), allocatable :: why, numbers
     integer :: i
 
-    why = error%message
-    if (index(why, prefix) == 1) why = why(len(prefix) + 1:)
+    why = reason_of(error)
     numbers = ""
     if (.not. allocated(error%keyword)) then
       call add_error(errors, material%origin, why, "other constants")
@@ -78,6 +76,26 @@ contains
     call add_error(errors, origin_of_part(material, error%keyword), "the numbers "// &
                    numbers(3:)//": "//why, "what input/KEYWORDS.md says under "//error%keyword)
   end subroutine refuse
+
+  !> A subroutine of the user that cannot be called as the deck says.
+  subroutine refuse_call(material, error, errors)
+    type(material_spec_t), intent(in) :: material
+    type(error_t), intent(in) :: error
+    type(error_list_t), intent(inout) :: errors
+
+    call add_error(errors, material%origin, "the subroutine of '"//material%name//"': "// &
+                   reason_of(error), "a subroutine that can be called as the deck says")
+  end subroutine refuse_call
+
+  !> What is wrong with a law.
+  pure function reason_of(error) result(why)
+    type(error_t), intent(in) :: error
+    character(:), allocatable :: why
+    character(*), parameter :: prefix = "material: "
+
+    why = error%message
+    if (index(why, prefix) == 1) why = why(len(prefix) + 1:)
+  end function reason_of
 
   !> What a deck gives with a keyword of plasticity.
   pure function numbers_of(material, keyword) result(numbers)

@@ -12,7 +12,7 @@ module model_setup
   use patch_seams, only: column_mask_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
-  use law_setup, only: build_law
+  use law_setup, only: build_law, refuse_call
   use initial_setup, only: set_initial_fields, add_field_changes, set_initial_states, &
                          find_initial_moduli, lacks_gradients, n_fields_of
   use tool_setup, only: start_tools
@@ -207,8 +207,7 @@ contains
         call set_initial_states(scene, model%bodies%blank)
         call set_initial_fields(scene, model%bodies%blank)
         call find_initial_moduli(short*scene%step%duration, model%bodies%blank, error)
-        if (allocated(error)) call add_error(errors, material%origin, error%message, &
-                                             "a law that can be called")
+        if (allocated(error)) call refuse_call(material, error, errors)
         if (.not. present(library)) return
         if (.not. library%is_loaded .or. allocated(error)) return
         if (lacks_gradients(short*scene%step%duration, model%bodies%blank)) &

@@ -50,10 +50,12 @@ contains
           model%rate = max(model%rate, rate)
         end do
         ! The squares of frequencies that bound two stiffnesses add up to a bound of both.
-        call set_stiffness(blank%joints, blank%parts, blank%seams, blank%law, &
-                           joint_shares(size(joint_shares))*(2.0_wp/model%stable_step)**2)
-        model%stable_step = 2.0_wp/sqrt((2.0_wp/model%stable_step)**2 &
-                                        + largest_bound(blank%joints, blank%parts, blank%seams))
+        if (blank%joints%n_cells > 0) then
+          call set_stiffness(blank%joints, blank%parts, blank%seams, blank%law, &
+                             joint_shares(size(joint_shares))*(2.0_wp/model%stable_step)**2)
+          model%stable_step = 2.0_wp/sqrt((2.0_wp/model%stable_step)**2 &
+                                          + largest_bound(blank%joints, blank%parts, blank%seams))
+        end if
       else
         call find_frequency(blank, omega, model%rate)
         model%stable_step = viscous_step(blank%parts, blank%seams, blank%law, omega)
@@ -76,14 +78,19 @@ contains
     type(blank_t), intent(inout) :: blank
     real(wp), intent(out) :: omega, rate     !! as of `largest_frequency`
     real(wp), parameter :: notch = 1.02_wp
-    real(wp) :: alone, square
+    real(wp) :: alone, square, unit
     integer :: i
 
     call largest_frequency(blank%parts, blank%seams, blank%law, omega, rate)
     if (blank%joints%n_cells == 0 .or. .not. omega <= huge(omega)) return
     alone = omega
-    ! Rounded, so that the error of the estimate does not show in the joints.
-    square = notch**floor(2.0_wp*log(alone)/log(notch))
+    ! Rounded, in a unit of the blank: the error of the estimate must not show in the joints.
+    unit = blank%parts(1)%element%shortest
+    do i = 2, size(blank%parts)
+      unit = min(unit, blank%parts(i)%element%shortest)
+    end do
+    unit = sqrt(blank%law%bulk/blank%law%density)/unit
+    square = unit**2*notch**floor(2.0_wp*log(alone/unit)/log(notch))
     do i = 1, size(joint_shares)
       call set_stiffness(blank%joints, blank%parts, blank%seams, blank%law, &
                          joint_shares(i)*square)

@@ -135,8 +135,11 @@ contains
     real(wp), allocatable :: stress(:, :, :, :, :), state(:, :, :, :, :), push(:, :, :, :)
     real(wp) :: time
     integer :: increment
+    logical :: is_watched
 
     points = self%points
+    is_watched = self%through%is_watched
+    self%through%is_watched = .false.
     stress = self%patch%stress
     state = self%patch%state
     push = self%patch%push
@@ -145,6 +148,7 @@ contains
     call forces_of_shell(self%patch, self%points, self%buffers, self%through, law, dt, &
                          self%motion%x + dt*self%motion%v, self%motion%internal_force, report)
     self%points = points
+    self%through%is_watched = is_watched
     call move_alloc(stress, self%patch%stress)
     call move_alloc(state, self%patch%state)
     call move_alloc(push, self%patch%push)
@@ -160,6 +164,8 @@ contains
     self%points%normal = 0.0_wp
     self%points%is_pressed = .false.
     self%through%push = 0.0_wp
+    self%through%is_pressed = .false.
+    self%through%is_watched = .false.
   end subroutine drop_state
 
   !> The element on its own span, with its share of the mass.

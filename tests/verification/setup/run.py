@@ -227,8 +227,6 @@ MISTAKES = [
                   (FORCE + "\n0, <holder_force>, 0\n", "")]),
     Mistake("shells around a sharp radius", "*CONTACT PAIR, TOOL=die",
             ["radius 6", "4.6", "ELEMENT=SOLID"], ["thickness=1.3"], [AS_SHELL]),
-    Mistake("shells that are squeezed", MOTION, ["too long by", "clearance"],
-            text=[AS_SHELL, (PUNCH, BOTTOM.format(y=-29.95) + PUNCH)]),
     Mistake("shells with a layer too few", BLANK, ["3 layers", "at least 4"],
             text=[AS_SHELL, ("TYPE=BOX", 'TYPE=BOX, QUADRATURE="2,2,3"')]),
     Mistake("a shell as a plane of symmetry", "Z_MIN, YSYMM", ["normal z", "ZSYMM"],
