@@ -13,6 +13,7 @@ from post.results import ResultsError, open_results, text_of
 from post.start import add_deck_arguments, start_of_deck
 
 FACES = ("XI_MIN", "XI_MAX", "ETA_MIN", "ETA_MAX", "ZETA_MIN", "ZETA_MAX")
+MIDDLE = "MIDDLE"
 OUTWARD = ("XI_MAX", "ETA_MIN", "ZETA_MAX")    # their axis 1 x axis 2 points out of the solid
 
 
@@ -24,7 +25,7 @@ def add_arguments(command):
     command.add_argument("--part", default="blank", metavar="NAME",
                          help="tool, or blank (the default)")
     command.add_argument("--face", default="", metavar="NAME",
-                         help="a face of the blank, such as ZETA_MAX")
+                         help="a face of the blank, such as ZETA_MAX, or MIDDLE: half-way through")
     command.add_argument("--unit", "--length", dest="unit", default="", metavar="UNIT",
                          help="unit of the lengths (default: that of *UNITS)")
     command.add_argument("--quiet", action="store_true", help="errors and warnings only")
@@ -118,9 +119,12 @@ def squeezed(name):
 
 
 def outer_faces(solids, wanted):
-    """Faces that lie on no other, with their normals outwards; all of them, or those of a name."""
+    """Faces that lie on no other, with their normals outwards; all of them, or those of a name. Or
+    the mid-surfaces."""
+    if wanted == MIDDLE:
+        return [middle_of(solid, patch or MIDDLE) for patch, solid in solids.items()]
     if wanted and wanted not in FACES:
-        raise ResultsError(f"no face '{wanted}'; there are {', '.join(FACES)}")
+        raise ResultsError(f"no face '{wanted}'; there are {', '.join((*FACES, MIDDLE))}")
     tolerance = 1e-6 * max(float(np.ptp(solid.points)) for solid in solids.values())
     faces = [(face, face_of(solid, face, patch or face)) for patch, solid in solids.items()
              for face in FACES]
@@ -130,6 +134,25 @@ def outer_faces(solids, wanted):
     if not free:
         raise ResultsError(f"no free face {wanted}")
     return free
+
+
+def middle_of(solid, label):
+    """The surface half-way through a solid along axis 3, with the normals of ZETA_MAX."""
+    knots = solid.knots[2]
+    shares = basis_at(solid.degrees[2], knots, 0.5 * (knots[0] + knots[-1]))
+    weights = np.tensordot(shares, solid.weights, 1)
+    points = np.tensordot(shares, solid.weights[..., None] * solid.points, 1) / weights[..., None]
+    return Surface(label, solid.degrees[:2], solid.knots[:2], points, weights)
+
+
+def basis_at(degree, knots, value):
+    """All basis functions at a value inside the knots (recursion of M. G. Cox and C. de Boor)."""
+    values = ((knots[:-1] <= value) & (value < knots[1:])).astype(float)
+    for p in range(1, degree + 1):
+        spans = knots[p:] - knots[:-p]
+        parts = np.divide(values, spans, out=np.zeros_like(values), where=spans > 0)
+        values = (value - knots[:-p - 1]) * parts[:-1] + (knots[p + 1:] - value) * parts[1:]
+    return values
 
 
 def face_of(solid, face, label):

@@ -90,6 +90,9 @@ def strip_of_cad_dies(igaform, folder, inputs):
     points = written_points(out)
     net = first["nurbs/blank/points"][-1].reshape(-1, 3)   # zeta last in Fortran, first here
     assert np.array_equal(points[np.lexsort(points.T)], net[np.lexsort(net.T)])
+    iges(igaform, cad, "--face", "MIDDLE", "--out", out)
+    middle = np.tensordot([0.25, 0.5, 0.25], first["nurbs/blank/points"], 1).reshape(-1, 3)
+    assert np.abs(written_points(out) - middle).max() < 1e-9 * np.abs(middle).max()
 
 
 def written_points(path):
