@@ -12,6 +12,8 @@ module umat_adapter
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
                        mark, check_spare_states, enter_user_call, leave_user_call, &
                        note_failure, end_user_run, uneven_stiffness, in_umat, space_words
+  use plane_stress, only: in_sheet
+  use user_sheet, only: with_zeros, about_normal
   use user_fields, only: define_fields, update_output
   use tensor_rotation, only: rotate_by_spin
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity, &
@@ -25,7 +27,6 @@ module umat_adapter
   integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
   integer, parameter :: n_spare = 24         ! zeros after the state variables, see `slack`
 
-  integer, parameter :: in_plane(3) = [1, 2, 4]   ! components of the form for shells
 
   !> A UMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: umat_adapter_t
@@ -86,7 +87,7 @@ contains
     real(wp), intent(inout) :: values(*)
 
     if (is_plane) then
-      values(:3) = tensors(l, in_plane)
+      values(:3) = tensors(l, in_sheet)
     else
       values(:6) = tensors(l, :)
     end if
@@ -100,7 +101,7 @@ contains
     real(wp), intent(inout) :: tensors(n, 6)
 
     if (is_plane) then
-      tensors(l, in_plane) = values(:3)
+      tensors(l, in_sheet) = values(:3)
     else
       tensors(l, :) = values(:6)
     end if
@@ -116,18 +117,13 @@ contains
     real(wp), intent(out) :: through(context%n)
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n)
-    real(wp), dimension(context%n, 6) :: strain_row, stress_row
-    real(wp) :: turn(context%n, 3)
+    real(wp) :: tensors(context%n, 6)
 
-    strain_row = 0.0_wp
-    strain_row(:, in_plane) = dstrain
-    stress_row = 0.0_wp
-    stress_row(:, in_plane) = stress
-    turn = 0.0_wp
-    turn(:, 1) = spin
+    tensors = with_zeros(context%n, stress)
     through = stress(:, 1) + stress(:, 2)
-    call self%update_in_context(context, dt, strain_row, stress_row, state, ok, turn)
-    stress = stress_row(:, in_plane)
+    call self%update_in_context(context, dt, with_zeros(context%n, dstrain), tensors, state, ok, &
+                                about_normal(context%n, spin))
+    stress = tensors(:, in_sheet)
     through = (stress(:, 1) + stress(:, 2) - through)/(3.0_wp*self%bulk) &
               - (dstrain(:, 1) + dstrain(:, 2))
   end subroutine update_in_axes
@@ -507,7 +503,7 @@ contains
       do i = 1, size(sizes)
         increment%number = int(i + 1, c_int)   ! DDSDDE is looked at in the first of a run
         values(at_dstrain:at_dstrain + 5) = sizes(i)*way
-        if (self%is_plane) values(at_dstrain:at_dstrain + 5) = sizes(i)*[way(in_plane), &
+        if (self%is_plane) values(at_dstrain:at_dstrain + 5) = sizes(i)*[way(in_sheet), &
                                                                         0.0_wp, 0.0_wp, 0.0_wp]
         call stretch(sizes(i)*way, values)
         if (k == 2) call forget_gradients(values)

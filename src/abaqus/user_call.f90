@@ -8,6 +8,7 @@ module user_call
   use kinds, only: wp
   use text, only: upper_case, to_text, joined, strings
   use block_law, only: block_law_t, search_in_context
+  use plane_stress, only: in_sheet
   use user_sheet, only: angle_in_sheet, find_axes, turn_into_axes, turn_out_of_axes
   use point_context, only: point_context_t, new_point_context
   use child_process, only: c_text
@@ -451,7 +452,7 @@ contains
 
     bulk = 0.0_wp
     shear = 0.0_wp
-    if (.not. all(stiffness([1, 2, 4]) > 0.0_wp)) return
+    if (.not. all(stiffness(in_sheet) > 0.0_wp)) return
     poisson = 1.0_wp - 2.0_wp*stiffness(4)/maxval(stiffness(:2))
     if (.not. (poisson > -1.0_wp .and. poisson < 0.5_wp)) return
     shear = stiffness(4)

@@ -3,10 +3,11 @@
 !! plane (Green and Naghdi). So has Abaqus the axes of all shells.
 module user_sheet
   use kinds, only: wp
+  use plane_stress, only: in_sheet
   implicit none
   private
 
-  public :: angle_in_sheet, find_axes, turn_into_axes, turn_out_of_axes
+  public :: angle_in_sheet, find_axes, turn_into_axes, turn_out_of_axes, with_zeros, about_normal
 
 contains
 
@@ -99,5 +100,25 @@ contains
     back(:, 2) = -axes(:, 2)
     call turn_into_axes(n, back, tensor)
   end subroutine turn_out_of_axes
+
+  !> Components 11 22 12 as six, of which the others are zero.
+  pure function with_zeros(n, values) result(tensors)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: values(n, 3)
+    real(wp) :: tensors(n, 6)
+
+    tensors = 0.0_wp
+    tensors(:, in_sheet) = values
+  end function with_zeros
+
+  !> Spin increments 12 13 23 of one in the sheet.
+  pure function about_normal(n, spin) result(spins)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: spin(n)
+    real(wp) :: spins(n, 3)
+
+    spins = 0.0_wp
+    spins(:, 1) = spin
+  end function about_normal
 
 end module user_sheet

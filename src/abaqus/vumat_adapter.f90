@@ -14,6 +14,8 @@ module vumat_adapter
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
                        check_spare_states, enter_user_call, leave_user_call, note_failure, &
                        in_vumat, end_user_run, space_words
+  use plane_stress, only: in_sheet
+  use user_sheet, only: with_zeros, about_normal
   use user_fields, only: define_block_fields, update_output
   use user_kinematics, only: polar_rotations, rotations_of_quaternions, spins_between, &
                              determinants, of_row
@@ -103,18 +105,13 @@ contains
     real(wp), intent(out) :: through(context%n)
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n)
-    real(wp), dimension(context%n, 6) :: strain_row, stress_row
-    real(wp) :: turn(context%n, 3)
+    real(wp) :: tensors(context%n, 6)
 
-    strain_row = 0.0_wp
-    strain_row(:, [1, 2, 4]) = dstrain
-    stress_row = 0.0_wp
-    stress_row(:, [1, 2, 4]) = stress
-    turn = 0.0_wp
-    turn(:, 1) = spin
+    tensors = with_zeros(context%n, stress)
     through = 0.0_wp
-    call update_all(self, context, dt, strain_row, stress_row, state, through, ok, turn)
-    stress = stress_row(:, [1, 2, 4])
+    call update_all(self, context, dt, with_zeros(context%n, dstrain), tensors, state, through, &
+                    ok, about_normal(context%n, spin))
+    stress = tensors(:, in_sheet)
   end subroutine update_in_axes
 
   !> The calls for all integration points. In plane stress they return the strain 33.

@@ -49,7 +49,7 @@ SHELL_RATIONAL = ["points%rational(1, 1, 1, block%number)"]
 SHELL_STATE = ["points%metric(1, 1, 1, block%number)", "points%thickness(1, 1, block%number)",
                "points%through(1, 1, 1, block%number)",
                "points%resultant(1, 1, 1, block%number)",
-               "is_pressed", "push", "points%normal(1, 1, 1, block%number)", *STATE]
+               "is_pressed", "normal_end", "points%normal(1, 1, 1, block%number)", *STATE]
 
 
 @dataclasses.dataclass
@@ -173,7 +173,8 @@ KERNELS = [
            "plane_strain_kernel.inc", [], [LAW, ("solid_patch", "plane_strain_t")],
            STRIP_RULES, ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments, ("",)),
     Kernel("kl_shell", "block_forces", "Block force kernel of shells", "shell_kernel.inc", [],
-           [LAW], SHELL_RULES, SHELL_COUNTS, shell_arguments),
+           [LAW, ("plane_stress", "areal_modulus, thinning_ratio")],
+           SHELL_RULES, SHELL_COUNTS, shell_arguments),
     Kernel("kl_metric", "block_metric", "Fundamental forms of shells", "shell_kernel.inc",
            ["METRIC"], [], SHELL_RULES, SHELL_COUNTS, metric_arguments),
 ]

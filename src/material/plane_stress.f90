@@ -10,8 +10,11 @@ module plane_stress
   implicit none
   private
 
+  public :: areal_modulus, thinning_ratio
   public :: plane_trial, flow_in_plane, mode_moduli, plane_work, in_space, &
             begin_search, advance_search, is_as_good
+
+  integer, parameter, public :: in_sheet(3) = [1, 2, 4]  !! of the components 11 22 33 12 13 23
 
   integer, parameter, public :: max_trials = 100    !! of `advance_search`, which then has halved
 
@@ -28,6 +31,13 @@ contains
 
     areal_modulus = 9.0_wp*bulk*shear/(3.0_wp*bulk + 4.0_wp*shear)
   end function areal_modulus
+
+  !> Elastic strain through the thickness over the strain of the area, -nu/(1 - nu).
+  elemental real(wp) function thinning_ratio(bulk, shear)
+    real(wp), intent(in) :: bulk, shear
+
+    thinning_ratio = -(3.0_wp*bulk - 2.0_wp*shear)/(3.0_wp*bulk + 4.0_wp*shear)
+  end function thinning_ratio
 
   !> Elastic moduli of the modes, of which the first is the smallest.
   pure function mode_moduli(bulk, shear) result(moduli)
@@ -51,7 +61,7 @@ contains
     integer :: l
 
     areal = areal_modulus(bulk, shear)
-    thinning = -(3.0_wp*bulk - 2.0_wp*shear)/(3.0_wp*bulk + 4.0_wp*shear)
+    thinning = thinning_ratio(bulk, shear)
     worst = 0.0_wp
     total = 0.0_wp
     !$omp simd private(mean, half, s1, s2, s3, square) reduction(max:worst) reduction(+:total)
@@ -136,13 +146,14 @@ contains
     real(wp), intent(in) :: bulk, shear
     real(wp), intent(inout) :: strain(n, 6)    !! 11 22 33 12 13 23, 33: of the increment before
     real(wp), intent(out) :: search(n, 4)      !! bracket, last strain and last stress 33
-    real(wp) :: area, elastic
+    real(wp) :: area, elastic, thinning
     integer :: l
 
+    thinning = thinning_ratio(bulk, shear)
     !$omp simd private(area, elastic)
     do l = 1, n
       area = strain(l, 1) + strain(l, 2)
-      elastic = -(3.0_wp*bulk - 2.0_wp*shear)/(3.0_wp*bulk + 4.0_wp*shear)*area
+      elastic = thinning*area
       if (strain(l, 3)*area >= 0.0_wp .or. abs(strain(l, 3)) > 2.0_wp*abs(area)) &
         strain(l, 3) = elastic
       search(l, 1) = -any_strain
@@ -208,7 +219,7 @@ contains
     real(wp), parameter :: loose = 1.0e-6_wp
     real(wp) :: scaling(n)
 
-    scaling = maxval(abs(tried(:, [1, 2, 4])), 2) + shear*maxval(abs(strain(:, [1, 2, 4])), 2)
+    scaling = maxval(abs(tried(:, in_sheet)), 2) + shear*maxval(abs(strain(:, in_sheet)), 2)
     is_as_good = all(abs(search(:, 4)) <= loose*scaling)
   end function is_as_good
 

@@ -10,6 +10,7 @@ module material_point
   use failure, only: error_t, fail
   use text, only: to_text
   use block_law, only: block_law_t
+  use plane_stress, only: in_sheet
   use point_context, only: point_context_t, new_point_context
   use tensor_rotation, only: rotate_by_spin
   use linear_algebra, only: solve
@@ -122,10 +123,10 @@ contains
     c = cos(angle)
     s = sin(angle)
     rows = 0.0_wp
-    rows(1, [1, 2, 4]) = [c*c, s*s, 2.0_wp*c*s]
-    rows(2, [1, 2, 4]) = [s*s, c*c, -2.0_wp*c*s]
+    rows(1, in_sheet) = [c*c, s*s, 2.0_wp*c*s]
+    rows(2, in_sheet) = [s*s, c*c, -2.0_wp*c*s]
     rows(3, 3) = 1.0_wp
-    rows(4, [1, 2, 4]) = [-c*s, c*s, c*c - s*s]
+    rows(4, in_sheet) = [-c*s, c*s, c*c - s*s]
     rows(5, [5, 6]) = [c, s]
     rows(6, [5, 6]) = [-s, c]
   end function stress_to_frame
@@ -331,12 +332,11 @@ contains
     real(wp), intent(in) :: before                  ! strain increment 33 of the last increment
     type(trial_t), intent(inout) :: trial
     real(wp), intent(inout) :: stress(1, 6), state(1, law%n_state)
-    integer, parameter :: in_plane(3) = [1, 2, 4]
     real(wp) :: plane(1, 3), through(1)
 
-    plane = stress(:, in_plane)
+    plane = stress(:, in_sheet)
     through = before
-    associate (strain => reshape(trial%dstrain(in_plane), [1, 3]), spin => increment%spin(:1))
+    associate (strain => reshape(trial%dstrain(in_sheet), [1, 3]), spin => increment%spin(:1))
       if (law%needs_context) then
         call law%update_plane_in_context(context, increment%dt, strain, plane, state, through, &
                                          trial%is_good, spin)
@@ -345,7 +345,7 @@ contains
       end if
     end associate
     stress = 0.0_wp
-    stress(:, in_plane) = plane
+    stress(:, in_sheet) = plane
     trial%dstrain(3) = through(1)
   end subroutine update_in_sheet
 

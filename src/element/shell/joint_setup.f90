@@ -14,7 +14,7 @@ module joint_setup
 
   public :: new_shell_joints
 
-  !> The sheet beside an element of a line: of the line's control points and those next to them,
+  !> The sheet beside one element along a line: of the line's control points and those next to them,
   !! and of its points of integration. All run as the first side of the line does.
   type :: strip_t
     integer, allocatable :: places(:, :)         !! axis 1 fastest, shape (nodes, 2 rows)
@@ -180,7 +180,7 @@ contains
     end do
   end subroutine list_shares
 
-  !> An element of a line. Where other lines have more control points or points of integration to
+  !> One element along a line. Where other lines have more control points or points of integration to
   !! an element, the last ones are repeated without weight.
   subroutine add_cell(parts, sheets, line, e, cell, joints, cells)
     type(part_t), intent(in) :: parts(:)
@@ -225,7 +225,7 @@ contains
     end associate
   end subroutine add_cell
 
-  !> One side of an element of a line.
+  !> One side of an element along a line.
   subroutine new_strip(middle, sheet, side, e, rule, strip)
     type(nurbs_solid_t), intent(in) :: middle, sheet
     type(side_t), intent(in) :: side

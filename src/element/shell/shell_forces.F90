@@ -87,7 +87,7 @@ contains
     type(force_report_t), intent(out) :: report
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
-    real(wp) :: push(n_lanes, 2, size(points%normal, 3))
+    real(wp) :: normal_end(n_lanes, 2, size(points%normal, 3))
     type(placed_law_t) :: placed
     type(block_t) :: block
     type(tile_t) :: tile
@@ -97,16 +97,16 @@ contains
     tile = patch%tiles(number)
     call clear_rows(tile, force, border)
     if (fields%is_watched) call clear_rows(tile, fields%thickness, fields%buffers(number)%force)
-    push = 0.0_wp
+    normal_end = 0.0_wp
     if (law%needs_context) call new_placed_law(placed, patch, law)
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       call gather_motion(patch, block, dt, x, x, u, w)
-      if (fields%is_pressed) call normal_at_points(patch, block, fields%normal, push)
+      if (fields%is_pressed) call normal_at_points(patch, block, fields%normal, normal_end)
       if (law%needs_context) then
-        call run_placed(patch, points, placed, block, dt, push, u, f, sums, ok)
+        call run_placed(patch, points, placed, block, dt, normal_end, u, f, sums, ok)
       else
-        call run_shell(patch, points, law, block, dt, push, u, f, sums, ok)
+        call run_shell(patch, points, law, block, dt, normal_end, u, f, sums, ok)
       end if
       call add_forces(patch, tile, block, w, f, force, border)
       if (fields%is_watched) call add_thickness(patch, tile, block, &
@@ -117,12 +117,12 @@ contains
   end subroutine forces_of_tile
 
   !> The same as `run_shell` of a law with the context of its points.
-  subroutine run_placed(patch, points, placed, block, dt, push, u, f, sums, ok)
+  subroutine run_placed(patch, points, placed, block, dt, normal_end, u, f, sums, ok)
     type(solid_patch_t), intent(inout) :: patch
     type(shell_points_t), intent(inout) :: points
     type(placed_law_t), intent(inout) :: placed
     type(block_t), intent(in) :: block
-    real(wp), intent(in) :: dt, push(:, :, :)
+    real(wp), intent(in) :: dt, normal_end(:, :, :)
     real(wp), intent(in) :: u(*)
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
@@ -131,20 +131,20 @@ contains
 
     call find_metric(patch, points, block, u, metric)
     call place_block(patch, points, block, u, metric, placed)
-    call run_shell(patch, points, placed, block, dt, push, u, f, sums, ok)
+    call run_shell(patch, points, placed, block, dt, normal_end, u, f, sums, ok)
     associate (stretch => points%stretch(:, :, :, block%number))
       stretch = stretch + points%through(:, :, :, block%number)
     end associate
   end subroutine run_placed
 
   !> Stress update and forces of a block.
-  subroutine run_shell(patch, points, law, block, dt, push, u, f, sums, ok)
+  subroutine run_shell(patch, points, law, block, dt, normal_end, u, f, sums, ok)
     type(solid_patch_t), intent(inout) :: patch
     type(shell_points_t), intent(inout) :: points
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
-    real(wp), intent(in) :: push(:, :, :)      !! normal stress of the end, (8, 2, q1*q2)
+    real(wp), intent(in) :: normal_end(:, :, :)      !! normal stress of the end, (8, 2, q1*q2)
     real(wp), intent(in) :: u(*)
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
@@ -154,7 +154,7 @@ contains
     logical :: is_pressed, stays
 
     viscous = viscous_factors(patch%viscosity, block%number, dt)
-    stays = any(abs(push) > 0.0_wp)
+    stays = any(abs(normal_end) > 0.0_wp)
     is_pressed = stays .or. points%is_pressed(block%number)
     points%is_pressed(block%number) = stays
     p = patch%axes%degree

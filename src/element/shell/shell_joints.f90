@@ -5,6 +5,7 @@ module shell_joints
   use text, only: to_text, rounded_text
   use state_store, only: state_store_t, carry, carry_field
   use block_law, only: block_law_t
+  use plane_stress, only: areal_modulus
   use basis_tables, only: n_lanes
   use patch_seams, only: seams_t, collect, sum_groups, distribute
   use element, only: part_t, force_report_t, motion_t
@@ -20,7 +21,7 @@ module shell_joints
   !> Springs, eight elements of lines side by side; lanes that fill the last block up have no
   !! stiffness. Rows 1 to 3 of an element: the line, and the next row of either side.
   type, public :: shell_joints_t
-    integer :: n_lines = 0, n_cells = 0      !! a cell: an element of a line
+    integer :: n_lines = 0, n_cells = 0      !! a cell: one element along a line
     integer :: n_nodes = 0, n_points = 0     !! of a row, of a cell; most of all lines
     !> Control points that springs move, those of part p from start(p) to start(p + 1) - 1: their
     !! places, axis 1 fastest, and positions (n, 3). Of seams every part has its own.
@@ -346,9 +347,7 @@ contains
     integer :: pass
 
     if (joints%n_cells == 0) return
-    associate (k => law%bulk, g => law%shear)
-      modulus = 4.0_wp*g*(3.0_wp*k + g)/(3.0_wp*k + 4.0_wp*g)
-    end associate
+    modulus = areal_modulus(law%bulk, law%shear) + law%shear     ! E/(1 - nu^2)
     joints%stiffness = modulus*joints%nominal
     do pass = 1, n_passes
       bounds = bounds_of(joints, parts, seams)
