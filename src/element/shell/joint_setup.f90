@@ -180,8 +180,8 @@ contains
     end do
   end subroutine list_shares
 
-  !> One element along a line. Where other lines have more control points or points of integration to
-  !! an element, the last ones are repeated without weight.
+  !> One element along a line. Where other lines have more control points or points of integration
+  !! in one, the last ones are repeated without weight.
   subroutine add_cell(parts, sheets, line, e, cell, joints, cells)
     type(part_t), intent(in) :: parts(:)
     type(nurbs_solid_t), intent(in) :: sheets(:)
