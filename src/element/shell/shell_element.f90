@@ -93,8 +93,8 @@ contains
     call new_shell_faces(element%faces, element%grid%axes(:2), element%grid%weights(:, :, 1))
     associate (mass => new_lumped_mass(sheet, law%density))
       allocate (element%mass, source=reshape(sum(mass, 3), shape(element%grid%weights)))
-      call new_through_fields(element%patch, sum(mass, 3)/law%density, element%through)
     end associate
+    call new_through_fields(element%patch, element%points, element%through)
     element%thickness = thickness_of(element)
     allocate (element%thickening, source=0.0_wp*element%thickness)
     associate (motion => element%motion)
@@ -399,7 +399,7 @@ contains
       self%through%push = 0.0_wp
     else
       self%thickening = self%thickness
-      self%thickness = self%through%thickness(:, :, 1, 1)/self%through%unit
+      self%thickness = self%through%sums(:, :, 1, 1)/self%through%volume
       self%thickening = (self%thickness - self%thickening)/max(self%dt, tiny(1.0_wp))
     end if
     self%seen = self%patch%increment
@@ -497,7 +497,7 @@ contains
     class(shell_element_t), intent(in) :: self
     real(wp) :: thickness(size(self%mass, 1), size(self%mass, 2))
 
-    thickness = thickness_now(self%patch, self%points%thickness, self%through)
+    thickness = thickness_now(self%patch, self%points, self%through)
   end function thickness_of
 
   subroutine describe(self, lines)

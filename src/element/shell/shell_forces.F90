@@ -11,7 +11,7 @@ module shell_forces
   use shell_context, only: placed_law_t, new_placed_law, place_block
   use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
                           finish_evaluation
-  use through_thickness, only: through_fields_t, normal_at_points, add_thickness
+  use through_thickness, only: through_fields_t, normal_at_points, add_values
 #include "kl_shell_uses.inc"
 #include "kl_metric_uses.inc"
   implicit none
@@ -69,7 +69,7 @@ contains
     end do
     !$omp end do
     call add_tiles(patch, buffers, force)
-    if (fields%is_watched) call add_tiles(patch, fields%buffers, fields%thickness)
+    if (fields%is_watched) call add_tiles(patch, fields%buffers, fields%sums)
     !$omp end parallel
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_of_shell
@@ -96,22 +96,23 @@ contains
 
     tile = patch%tiles(number)
     call clear_rows(tile, force, border)
-    if (fields%is_watched) call clear_rows(tile, fields%thickness, fields%buffers(number)%force)
+    if (fields%is_watched) call clear_rows(tile, fields%sums, fields%buffers(number)%force)
     normal_end = 0.0_wp
     if (law%needs_context) call new_placed_law(placed, patch, law)
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       call gather_motion(patch, block, dt, x, x, u, w)
-      if (fields%is_pressed) call normal_at_points(patch, block, fields%normal, normal_end)
+      if (fields%is_pressed) call normal_at_points(patch, points, block, w, fields%normal, &
+                                                   normal_end)
       if (law%needs_context) then
         call run_placed(patch, points, placed, block, dt, normal_end, u, f, sums, ok)
       else
         call run_shell(patch, points, law, block, dt, normal_end, u, f, sums, ok)
       end if
       call add_forces(patch, tile, block, w, f, force, border)
-      if (fields%is_watched) call add_thickness(patch, tile, block, &
-                                                points%thickness(:, :, block%number), &
-                                                fields%thickness, fields%buffers(number)%force)
+      if (fields%is_watched) call add_values(patch, points, tile, block, w, &
+                                             points%thickness(:, :, block%number), fields%sums, &
+                                             fields%buffers(number)%force)
       call add_report(report, sums, ok, block)
     end do
   end subroutine forces_of_tile

@@ -5,19 +5,20 @@
 !! which lets the sheet yield at less tension. It is linear between the faces, minus the pressure on
 !! each, of the forces of the increment before: at a control point the force over its area. The
 !! thickness of a control point is the mean of that of the integration points around. Both go with
-!! the basis functions, and in every increment: a sheet that is squeezed between tools would swing
-!! with any more delay. Only yielding feels it: an increment late, what is elastic under it (strains
-!! of 1e-4) would give energy to every vibration on a tool.
+!! the basis functions, one by the transposed of the other, and in every increment: a sheet that is
+!! squeezed between tools would swing with any more delay. Only yielding feels it: one increment
+!! late, what is elastic under it (strains of 1e-4) would give energy to every vibration on a tool.
 module through_thickness
   use kinds, only: wp
   use basis_tables, only: n_lanes
-  use solid_patch, only: solid_patch_t, tile_buffer_t, block_t, block_at, tile_t
+  use solid_patch, only: solid_patch_t, shell_points_t, tile_buffer_t, block_t, block_at, tile_t
   use patch_setup, only: new_tile_buffers
-  use solid_forces, only: gather_field, add_forces, clear_rows
+  use block_gather, only: weigh_block
+  use solid_forces, only: gather_field, gather_weights, add_forces
   implicit none
   private
 
-  public :: new_through_fields, add_push, take_pushes, normal_at_points, add_thickness, &
+  public :: new_through_fields, add_push, take_pushes, normal_at_points, add_values, &
             thickness_now
 
   !> Fields on the control points, as those of a patch with one control point across.
@@ -28,51 +29,60 @@ module through_thickness
     real(wp), allocatable :: push(:, :, :)      !! forces that press on faces 5, 6, (n1, n2, 5:6)
     !> Normal stress, mean of both faces and half of face 6 less face 5, (n1, n2, 1, 2).
     real(wp), allocatable :: normal(:, :, :, :)
-    real(wp), allocatable :: thickness(:, :, :, :)     !! sum over the points around, (n1, n2, 1, 1)
-    real(wp), allocatable :: unit(:, :)                !! such a sum of a thickness of one
-    type(tile_buffer_t), allocatable :: buffers(:)     !! of the sums
+    real(wp), allocatable :: sums(:, :, :, :)   !! of volume times thickness, (n1, n2, 1, 1)
+    type(tile_buffer_t), allocatable :: buffers(:)     !! of these sums
   end type through_fields_t
 
 contains
 
-  !> No stress; `volume` has shape (n1, n2).
-  subroutine new_through_fields(patch, volume, fields)
+  !> No stress.
+  subroutine new_through_fields(patch, points, fields)
     type(solid_patch_t), intent(in) :: patch
-    real(wp), intent(in) :: volume(:, :)
+    type(shell_points_t), intent(in) :: points
     type(through_fields_t), intent(out) :: fields
     real(wp), allocatable :: one(:, :, :)
-    integer :: n(2)
+    integer :: n(3)
 
-    n = shape(volume)
-    fields%volume = volume
+    n = patch%n_control
     allocate (fields%push(n(1), n(2), 5:6), fields%normal(n(1), n(2), 1, 2), &
-              fields%thickness(n(1), n(2), 1, 1), source=0.0_wp)
-    allocate (fields%unit(n(1), n(2)), source=1.0_wp)
+              fields%sums(n(1), n(2), 1, 1), source=0.0_wp)
     fields%buffers = new_tile_buffers(patch, 1)
-    allocate (one(n_lanes, patch%together, patch%n_blocks), source=1.0_wp)
-    fields%unit = thickness_now(patch, one, fields)
+    allocate (one, mold=points%thickness)
+    one = 1.0_wp
+    fields%volume = sums_of(patch, points, one)
   end subroutine new_through_fields
 
-  !> Thickness at the control points.
-  function thickness_now(patch, h, fields) result(thickness)
+  !> Thickness at the control points now, from the integration points.
+  function thickness_now(patch, points, fields) result(thickness)
     type(solid_patch_t), intent(in) :: patch
-    real(wp), intent(in) :: h(:, :, :)                !! at the points, (8, q1*q2, n_blocks)
+    type(shell_points_t), intent(in) :: points
     type(through_fields_t), intent(in) :: fields
-    real(wp) :: thickness(size(fields%unit, 1), size(fields%unit, 2))
+    real(wp) :: thickness(size(fields%volume, 1), size(fields%volume, 2))
+
+    thickness = sums_of(patch, points, points%thickness)/fields%volume
+  end function thickness_now
+
+  !> Values of the integration points, summed with their volumes by the basis functions.
+  function sums_of(patch, points, values) result(total)
+    type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(in) :: points
+    real(wp), intent(in) :: values(:, :, :)           !! (8, q1*q2, n_blocks)
+    real(wp) :: total(patch%n_control(1), patch%n_control(2))
     real(wp), allocatable :: sums(:, :, :, :), nothing(:, :, :, :)
+    real(wp) :: w(merge(n_lanes*product(patch%axes%degree + 1), 0, patch%is_rational))
     type(tile_t) :: whole
     integer :: b
 
-    allocate (sums, mold=fields%thickness)
+    allocate (sums(size(total, 1), size(total, 2), 1, 1), source=0.0_wp)
     allocate (nothing(0, 0, 0, 1))
-    sums = 0.0_wp
     whole%control_last = patch%n_control(:2)
     whole%own_last = patch%n_control(2)
     do b = 1, patch%n_blocks
-      call add_thickness(patch, whole, block_at(patch, b), h(:, :, b), sums, nothing)
+      if (patch%is_rational) call gather_weights(patch, block_at(patch, b), w)
+      call add_values(patch, points, whole, block_at(patch, b), w, values(:, :, b), sums, nothing)
     end do
-    thickness = sums(:, :, 1, 1)/fields%unit
-  end function thickness_now
+    total = sums(:, :, 1, 1)
+  end function sums_of
 
   !> Add what forces on a face press towards the mid-surface, by control point.
   pure subroutine add_push(n, side, director, forces, push)
@@ -100,20 +110,29 @@ contains
   end subroutine take_pushes
 
   !> Normal stress at the integration points of a block.
-  subroutine normal_at_points(patch, block, normal, values)
+  subroutine normal_at_points(patch, points, block, w, normal, values)
     type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(in) :: points
     type(block_t), intent(in) :: block
+    real(wp), intent(in) :: w(:)                   !! weights of the block, where there are any
     real(wp), intent(in) :: normal(:, :, :, :)     !! of the control points
     real(wp), intent(out) :: values(:, :, :)       !! shape (8, 2, q1*q2)
-    real(wp) :: u(n_lanes*product(patch%axes%degree + 1)*2)
+    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 2)
+    integer :: c
 
     call gather_field(patch, block, 2, 1.0_wp, normal, u)
-    call blend(patch%axes(1)%degree, patch%axes(2)%degree, patch%axes(1)%n_points, &
-               patch%axes(2)%n_points, patch%lanes%values(:, :, :, block%b), &
-               patch%axes(2)%values(:, :, block%e2), u, values)
+    if (patch%is_rational) call weigh_block(size(u, 1), 2, w, u)
+    call to_points(patch%axes(1)%degree, patch%axes(2)%degree, patch%axes(1)%n_points, &
+                   patch%axes(2)%n_points, patch%lanes%values(:, :, :, block%b), &
+                   patch%axes(2)%values(:, :, block%e2), u, values)
+    if (.not. patch%is_rational) return
+    do c = 1, 2
+      values(:, c, :) = values(:, c, :)*points%rational(:, 1, :, block%number)
+    end do
   end subroutine normal_at_points
 
-  pure subroutine blend(p1, p2, q1, q2, n1, n2, u, values)
+  !> Fields of the control points of a block at its points.
+  pure subroutine to_points(p1, p2, q1, q2, n1, n2, u, values)
     integer, intent(in) :: p1, p2, q1, q2
     real(wp), intent(in) :: n1(8, p1 + 1, q1), n2(p2 + 1, q2), u(8, p1 + 1, p2 + 1, 2)
     real(wp), intent(out) :: values(8, 2, q2*q1)
@@ -136,27 +155,33 @@ contains
         end do
       end do
     end do
-  end subroutine blend
+  end subroutine to_points
 
-  !> Add the thickness of the points of a block to the sums of its control points.
-  subroutine add_thickness(patch, tile, block, h, thickness, border)
+  !> Add values at the points of a block, times their volumes, to the sums of its control points:
+  !! the transposed of `normal_at_points`.
+  subroutine add_values(patch, points, tile, block, w, values, sums, border)
     type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(in) :: points
     type(tile_t), intent(in) :: tile
     type(block_t), intent(in) :: block
-    real(wp), intent(in) :: h(:, :)                !! of the points, shape (8, q1*q2) [length]
-    real(wp), intent(inout), contiguous :: thickness(:, :, :, :), border(:, :, :, :)
-    real(wp) :: f(n_lanes*product(patch%axes%degree + 1), 1), no_weights(0)
+    real(wp), intent(in) :: w(:)                   !! as above
+    real(wp), intent(in) :: values(:, :)           !! shape (8, q1*q2)
+    real(wp), intent(inout), contiguous :: sums(:, :, :, :), border(:, :, :, :)
+    real(wp) :: f(n_lanes*product(patch%axes%degree + 1), 1)
+    real(wp) :: h(size(values, 1), size(values, 2))
 
-    call collect(patch%axes(1)%degree, patch%axes(2)%degree, patch%axes(1)%n_points, &
-                 patch%axes(2)%n_points, patch%lanes%values(:, :, :, block%b), &
-                 patch%axes(2)%values(:, :, block%e2), patch%lanes%weights(:, :, block%b), &
-                 patch%axes(2)%weights, h, f)
-    call add_forces(patch, tile, block, no_weights, f, thickness, border)
-  end subroutine add_thickness
+    h = points%volume(:, :, block%number)*values
+    if (patch%is_rational) h = h*points%rational(:, 1, :, block%number)
+    call from_points(patch%axes(1)%degree, patch%axes(2)%degree, patch%axes(1)%n_points, &
+                     patch%axes(2)%n_points, patch%lanes%values(:, :, :, block%b), &
+                     patch%axes(2)%values(:, :, block%e2), h, f)
+    call add_forces(patch, tile, block, w, f, sums, border)
+  end subroutine add_values
 
-  pure subroutine collect(p1, p2, q1, q2, n1, n2, w1, w2, h, f)
+  !> The transposed of `to_points`, of one field.
+  pure subroutine from_points(p1, p2, q1, q2, n1, n2, h, f)
     integer, intent(in) :: p1, p2, q1, q2
-    real(wp), intent(in) :: n1(8, p1 + 1, q1), n2(p2 + 1, q2), w1(8, q1), w2(q2), h(8, q2*q1)
+    real(wp), intent(in) :: n1(8, p1 + 1, q1), n2(p2 + 1, q2), h(8, q2*q1)
     real(wp), intent(out) :: f(8, p1 + 1, p2 + 1)
     real(wp) :: line(8)
     integer :: qa, qb, i, j
@@ -166,14 +191,13 @@ contains
       do j = 1, p2 + 1
         line = 0.0_wp
         do qb = 1, q2
-          line = line + (w2(qb)*n2(j, qb))*h(:, qb + q2*(qa - 1))
+          line = line + n2(j, qb)*h(:, qb + q2*(qa - 1))
         end do
-        line = line*w1(:, qa)
         do i = 1, p1 + 1
           f(:, i, j) = f(:, i, j) + n1(:, i, qa)*line
         end do
       end do
     end do
-  end subroutine collect
+  end subroutine from_points
 
 end module through_thickness
