@@ -28,22 +28,31 @@ contains
     real(wp), intent(out) :: dgamma(n)
     logical, intent(out) :: ok
     real(wp), dimension(n) :: low, high, last, first, flow, slope, bend, reach
-    integer :: iteration
+    real(wp) :: known(n, 2)
+    integer :: l, iteration
 
     call flow_at(curve, n, eqps, factor, first, slope, bend, reach)
-    dgamma = 0.0_wp
     ok = are_numbers(n, first)
-    if (.not. ok) return
-    flow = first
-    high = max(q - flow, 0.0_wp)/stiffness
+    if (.not. ok) then
+      dgamma = 0.0_wp
+      return
+    end if
+    high = max(q - first, 0.0_wp)/stiffness
     call begin_at(curve, n, slope, stiffness, high, guess, dgamma)
     low = 0.0_wp
     last = 0.0_wp
+    known(1, 1) = 0.0_wp
     do iteration = 1, max_iterations
-      if (iteration > 1 .or. any(dgamma > 0.0_wp)) &
-        call flow_after(curve, n, dt, eqps, factor, first, dgamma, flow, slope, bend, reach)
-      flow = q - stiffness*dgamma - flow
-      slope = stiffness + slope
+      if (iteration > 1 .or. any(dgamma > 0.0_wp)) then
+        call flow_after(curve, n, dt, eqps, factor, first, dgamma, flow, slope, bend, reach, known)
+      else
+        flow = first
+      end if
+      !$omp simd
+      do l = 1, n
+        flow(l) = q(l) - stiffness(l)*dgamma(l) - flow(l)
+        slope(l) = stiffness(l) + slope(l)
+      end do
       call advance(n, iteration, q, flow, slope, bend, reach, low, high, last, dgamma, ok)
       if (ok) exit
     end do
@@ -61,10 +70,12 @@ contains
     real(wp), parameter :: too_steep = 10.0_wp       ! slope over stiffness
     integer :: l
 
-    dgamma = 0.0_wp
     if (has_rate(curve)) then
       dgamma = min(merge(guess, high, guess > 0.0_wp), high)
-    else if (is_steep(curve)) then
+      return
+    end if
+    dgamma = 0.0_wp
+    if (is_steep(curve)) then
       do l = 1, n
         if (slope(l) > too_steep*stiffness(l)) &
           dgamma(l) = min(merge(guess(l), high(l), guess(l) > 0.0_wp), high(l))

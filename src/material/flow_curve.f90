@@ -13,7 +13,7 @@ module flow_curve
   use failure, only: error_t, fail
   use constant_check, only: check_finite, check_count, require
   use hardening, only: hardening_t, harden, harden_after, is_steep_at_start
-  use row_functions, only: log_row, power_row
+  use row_functions, only: log_row, log_near, power_row, power_near, near_part
   implicit none
   private
 
@@ -135,7 +135,8 @@ contains
 
   !> Flow stress after the plastic strain `dgamma` of one increment of length `dt`, and its
   !! slope and bend against `dgamma`, for a row of points. It never falls with `dgamma`.
-  pure subroutine flow_after(curve, n, dt, eqps, factor, first, dgamma, flow, slope, bend, reach)
+  pure subroutine flow_after(curve, n, dt, eqps, factor, first, dgamma, flow, slope, bend, reach, &
+                             known)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: dt                   !! [time]
@@ -146,7 +147,9 @@ contains
     real(wp), intent(out) :: flow(n), slope(n)   !! [stress]
     real(wp), intent(out) :: bend(n)             !! bound of what the slope loses with `dgamma`
     real(wp), intent(out) :: reach(n)            !! further `dgamma` up to which all this holds
-    real(wp), dimension(n) :: by_rate, rate_slope, rate_bend
+    !> One over the strain of an evaluation before and the function of the rate there, zeros before
+    !! the first: where all is near, the function follows from them by a short series.
+    real(wp), intent(inout), optional :: known(n, 2)
     real(wp) :: corner
     integer :: l
 
@@ -157,13 +160,7 @@ contains
       call harden_after(curve%hardening, n, eqps, first, dgamma, flow, slope, bend, reach)
     end if
     if (curve%rate_kind == no_rate) return
-    call rate_factor(curve, n, dt, dgamma, by_rate, rate_slope, rate_bend)
-    !$omp simd
-    do l = 1, n
-      bend(l) = by_rate(l)*bend(l) + rate_bend(l)*flow(l)
-      slope(l) = by_rate(l)*slope(l) + rate_slope(l)*flow(l)
-      flow(l) = by_rate(l)*flow(l)
-    end do
+    call quicken(curve, n, dt, dgamma, flow, slope, bend, known)
     if (curve%rate_kind == johnson_cook) then
       ! The factor has a corner at the reference rate.
       corner = curve%rate_constants(2)*dt
@@ -173,44 +170,87 @@ contains
     end if
   end subroutine flow_after
 
-  !> Factor of the plastic strain rate, its slope and bend against `dgamma`.
-  pure subroutine rate_factor(curve, n, dt, dgamma, factor, slope, bend)
+  !> Multiply by the factor of the plastic strain rate, whose slope and bend come in.
+  pure subroutine quicken(curve, n, dt, dgamma, flow, slope, bend, known)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: dt, dgamma(n)
-    real(wp), intent(out) :: factor(n), slope(n), bend(n)
-    real(wp), parameter :: least = 1.0e-100_wp   ! of a plastic strain, so that all have a slope
-    real(wp) :: per_dgamma(n), is_above, exponent, per_unit
+    real(wp), intent(inout), dimension(n) :: flow, slope, bend
+    real(wp), intent(inout), optional :: known(n, 2)   !! see `flow_after`
+    real(wp) :: per_strain(n), values(n), coefficient, falls, is_above, by_rate, rise
     integer :: l
 
-    ! The rate over D or over the reference rate.
-    per_unit = 1.0_wp/(curve%rate_constants(merge(1, 2, curve%rate_kind == cowper_symonds)) &
-                       *max(dt, tiny(dt)))
-    factor = max(dgamma, least)
-    per_dgamma = 1.0_wp/factor
-    factor = max(per_unit*factor, least)
+    call function_of_rate(curve, n, dt, dgamma, per_strain, values, known)
     if (curve%rate_kind == cowper_symonds) then
-      exponent = 1.0_wp/curve%rate_constants(2)
-      call power_row(n, exponent, factor)
-      !$omp simd
+      coefficient = 1.0_wp/curve%rate_constants(2)
+      falls = abs(1.0_wp - coefficient)
+      !$omp simd private(by_rate, rise)
       do l = 1, n
-        slope(l) = exponent*factor(l)*per_dgamma(l)
-        bend(l) = abs(1.0_wp - exponent)*slope(l)*per_dgamma(l)
-        factor(l) = 1.0_wp + factor(l)
+        by_rate = 1.0_wp + values(l)
+        rise = coefficient*values(l)*per_strain(l)*flow(l)
+        bend(l) = by_rate*bend(l) + falls*rise*per_strain(l)
+        slope(l) = by_rate*slope(l) + rise
+        flow(l) = by_rate*flow(l)
       end do
     else
-      call log_row(n, factor)
-      associate (c => curve%rate_constants(1))
-        !$omp simd private(is_above)
-        do l = 1, n
-          is_above = 0.5_wp + sign(0.5_wp, factor(l))
-          slope(l) = is_above*c*per_dgamma(l)
-          bend(l) = slope(l)*per_dgamma(l)
-          factor(l) = 1.0_wp + is_above*c*factor(l)
-        end do
-      end associate
+      coefficient = curve%rate_constants(1)
+      !$omp simd private(is_above, by_rate, rise)
+      do l = 1, n
+        is_above = coefficient*(0.5_wp + sign(0.5_wp, values(l)))
+        by_rate = 1.0_wp + is_above*values(l)
+        rise = is_above*per_strain(l)*flow(l)
+        bend(l) = by_rate*bend(l) + rise*per_strain(l)
+        slope(l) = by_rate*slope(l) + rise
+        flow(l) = by_rate*flow(l)
+      end do
     end if
-  end subroutine rate_factor
+  end subroutine quicken
+
+  !> Power of the rate over D, or logarithm of the rate over the reference rate: from those of an
+  !! evaluation before where all strains are near.
+  pure subroutine function_of_rate(curve, n, dt, dgamma, per_strain, values, known)
+    type(flow_curve_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dgamma(n)              !! [time], >= 0
+    real(wp), intent(out) :: per_strain(n)             !! 1/dgamma, or of the least there is
+    real(wp), intent(out) :: values(n)
+    real(wp), intent(inout), optional :: known(n, 2)   !! see `flow_after`
+    real(wp), parameter :: least = 1.0e-100_wp   ! strain and rate, so that all have a logarithm
+    real(wp) :: per_unit, most
+    logical :: is_power
+    integer :: l
+
+    is_power = curve%rate_kind == cowper_symonds
+    most = huge(most)
+    if (present(known)) then
+      if (known(1, 1) > 0.0_wp) then
+        most = 0.0_wp
+        !$omp simd reduction(max: most)
+        do l = 1, n
+          values(l) = max(dgamma(l), least)*known(l, 1) - 1.0_wp
+          most = max(most, abs(values(l)))
+        end do
+      end if
+    end if
+    per_strain = 1.0_wp/max(dgamma, least)
+    if (most <= near_part .and. is_power) then
+      call power_near(n, 1.0_wp/curve%rate_constants(2), known(:, 2), values)
+    else if (most <= near_part) then
+      call log_near(n, values)
+      values = known(:, 2) + values
+    else
+      per_unit = 1.0_wp/(curve%rate_constants(merge(1, 2, is_power))*max(dt, tiny(dt)))
+      values = max(per_unit*max(dgamma, least), least)
+      if (is_power) then
+        call power_row(n, 1.0_wp/curve%rate_constants(2), values)
+      else
+        call log_row(n, values)
+      end if
+    end if
+    if (.not. present(known) .or. most <= near_part) return
+    known(:, 1) = per_strain
+    known(:, 2) = values
+  end subroutine function_of_rate
 
   !> Heating from the fraction of the work, specific heat, temperature at the start, reference and
   !! melting temperature and exponent.

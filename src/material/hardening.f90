@@ -14,7 +14,7 @@ module hardening
   use failure, only: error_t, fail
   use text, only: to_text, rounded_text
   use constant_check, only: check_finite, check_count, require
-  use row_functions, only: exp_row, exp_small, power_row, power_small, small_exponent, small_part
+  use row_functions, only: exp_row, exp_multiple, power_row, power_small, small_part
   implicit none
   private
 
@@ -237,8 +237,8 @@ contains
     end select
   end subroutine harden
 
-  !> `harden` at eqps + deqps from the flow stress `first` at eqps: by short series where all
-  !! increments of the row are short.
+  !> `harden` at eqps + deqps from the flow stress `first` at eqps: of a power by a short series
+  !! where all increments of the row are short.
   pure subroutine harden_after(curve, n, eqps, first, deqps, flow, slope, bend, reach)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n
@@ -254,21 +254,18 @@ contains
     case (voce_kind)
       !$omp simd reduction(max: most)
       do l = 1, n
-        flow(l) = -curve%rate*deqps(l)
-        most = max(most, -flow(l))
+        most = max(most, deqps(l))
       end do
-      if (most <= small_exponent) then
-        reach = huge(reach)
-        call exp_small(n, flow)
-        !$omp simd private(rest)
-        do l = 1, n
-          rest = max(curve%yield + curve%saturation - first(l), 0.0_wp)*flow(l)
-          slope(l) = curve%rate*rest
-          bend(l) = curve%rate*slope(l)
-          flow(l) = curve%yield + curve%saturation - rest
-        end do
-        return
-      end if
+      reach = huge(reach)
+      call exp_multiple(n, -curve%rate, most, deqps, flow)
+      !$omp simd private(rest)
+      do l = 1, n
+        rest = max(curve%yield + curve%saturation - first(l), 0.0_wp)*flow(l)
+        slope(l) = curve%rate*rest
+        bend(l) = curve%rate*slope(l)
+        flow(l) = curve%yield + curve%saturation - rest
+      end do
+      return
     case (swift_kind, ludwik_kind)
       !$omp simd reduction(max: most)
       do l = 1, n

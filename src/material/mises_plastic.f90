@@ -16,7 +16,8 @@ module mises_plastic
   use consistency, only: solve_consistency, solve_in_stages, begin_at, advance, max_iterations
   use plane_return, only: find_plane_flow, plane_back_stresses, add_plane_back_stresses
   use plane_stress, only: plane_trial, flow_in_plane, mode_moduli, plane_work, in_space
-  use tensor_rotation, only: rotate_by_spin
+  use back_stress_rows, only: multiply, find_products, relative_stress, flow_relative
+  use tensor_rotation, only: rotate_all_by_spin
   use voce, only: elastic_trial
   implicit none
   private
@@ -78,22 +79,20 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in), optional :: spin(n, 3)
     real(wp) :: mises(n), guess(n), worst
-    integer :: k
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok .or. .not. (self%back%n > 0 .or. worst > self%lowest .or. self%is_awake)) return
-    guess = 0.0_wp
-    if (has_rate(self%curve) .or. is_steep(self%curve)) guess = equivalent_strain(n, dstrain)
+    if (has_rate(self%curve) .or. is_steep(self%curve)) then
+      guess = equivalent_strain(n, dstrain)
+    else
+      guess = 0.0_wp
+    end if
     if (self%back%n == 0) then
       call return_radially(self, n, dt, mises, guess, stress, state, ok)
       return
     end if
-    if (present(spin)) then
-      do k = 1, self%back%n
-        call rotate_by_spin(n, spin, state(:, 6*k - 4:6*k + 1))
-      end do
-    end if
+    if (present(spin)) call rotate_all_by_spin(n, self%back%n, spin, state(:, 2:6*self%back%n + 1))
     call return_with_back_stresses(self, n, dt, mises, guess, stress, state, ok)
   end subroutine update
 
@@ -121,7 +120,7 @@ contains
     real(wp), intent(in) :: guess(n)       !! see `begin_at`
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(inout) :: ok
-    real(wp) :: stiffness(n), dgamma(n), factor(n)
+    real(wp), dimension(n) :: stiffness, dgamma, factor
 
     stiffness = 3.0_wp*self%shear
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
@@ -132,32 +131,33 @@ contains
       call solve_consistency(self%curve, n, dt, mises, stiffness, state(:, 1), factor, guess, &
                              dgamma, ok)
     end if
-    call shrink_deviator(n, 1.0_wp - stiffness*dgamma/max(mises, tiny(dt)), stress)
-    state(:, 1) = state(:, 1) + dgamma
+    call flow_radially(n, 3.0_wp*self%shear, mises, dgamma, stress, state(:, 1))
     if (self%curve%heating%is_active) &
       call heat_up(self%curve%heating, (mises - stiffness*dgamma)*dgamma, &
                    state(:, self%n_state))
   end subroutine return_radially
 
-  !> Multiply the deviator by `scaling` and leave the mean stress.
-  pure subroutine shrink_deviator(n, scaling, stress)
+  !> Plastic strains `dgamma` along the deviators of the trial stress.
+  pure subroutine flow_radially(n, shear3, mises, dgamma, stress, eqps)
     integer, intent(in) :: n
-    real(wp), intent(in) :: scaling(n)
-    real(wp), intent(inout) :: stress(n, 6)
-    real(wp) :: mean
+    real(wp), intent(in) :: shear3, mises(n), dgamma(n)   !! 3G; of the trial stress
+    real(wp), intent(inout) :: stress(n, 6), eqps(n)
+    real(wp) :: scaling, mean
     integer :: l
 
-    !$omp simd private(mean)
+    !$omp simd private(scaling, mean)
     do l = 1, n
-      mean = (1.0_wp - scaling(l))*(stress(l, 1) + stress(l, 2) + stress(l, 3))/3.0_wp
-      stress(l, 1) = scaling(l)*stress(l, 1) + mean
-      stress(l, 2) = scaling(l)*stress(l, 2) + mean
-      stress(l, 3) = scaling(l)*stress(l, 3) + mean
-      stress(l, 4) = scaling(l)*stress(l, 4)
-      stress(l, 5) = scaling(l)*stress(l, 5)
-      stress(l, 6) = scaling(l)*stress(l, 6)
+      scaling = 1.0_wp - shear3*dgamma(l)/max(mises(l), tiny(mises))
+      mean = (1.0_wp - scaling)*(stress(l, 1) + stress(l, 2) + stress(l, 3))/3.0_wp
+      stress(l, 1) = scaling*stress(l, 1) + mean
+      stress(l, 2) = scaling*stress(l, 2) + mean
+      stress(l, 3) = scaling*stress(l, 3) + mean
+      stress(l, 4) = scaling*stress(l, 4)
+      stress(l, 5) = scaling*stress(l, 5)
+      stress(l, 6) = scaling*stress(l, 6)
+      eqps(l) = eqps(l) + dgamma(l)
     end do
-  end subroutine shrink_deviator
+  end subroutine flow_radially
 
   !> Return of a row with back stresses.
   subroutine return_with_back_stresses(self, n, dt, mises, guess, stress, state, ok)
@@ -193,29 +193,32 @@ contains
     logical, intent(out) :: ok
     real(wp), dimension(n) :: low, high, last, dgamma, norm, fall, curvature, flow, slope, bend, &
                               reach, start, first
-    real(wp) :: products(n, 0:self%back%n, 0:self%back%n), relative(n, 6), theta(n, self%back%n)
+    real(wp) :: products(n, 0:self%back%n, 0:self%back%n), shear3
     integer :: k, iteration
 
-    call find_products(n, self%back%n, mises, stress, back, products)
+    shear3 = 3.0_wp*self%shear
+    products(:, 0, 0) = mises**2
+    call find_products(n, self%back%n, stress, back, products)
     dgamma = 0.0_wp
     work = 0.0_wp
-    call relative_stress(self, n, products, dgamma, norm, fall, curvature)
+    call relative_stress(n, shear3, self%back, products, dgamma, norm, fall, curvature)
     call flow_at(self%curve, n, eqps, factor, start, slope, bend, reach)
     flow = start
     ok = all(norm <= flow)
     if (ok) return
-    first = norm
-    do k = 1, self%back%n
-      first = first + sqrt(products(:, k, k))
+    ! Back stresses that fade add at most the sum of their norms.
+    first = products(:, 1, 1)
+    do k = 2, self%back%n
+      first = first + products(:, k, k)
     end do
+    first = norm + sqrt(self%back%n*first)
     low = 0.0_wp
-    high = 0.0_wp
     last = 0.0_wp
-    where (norm > flow) high = (first - flow)/(3.0_wp*self%shear)
+    high = merge((first - flow)/shear3, 0.0_wp, norm > flow)
     call begin_at(self%curve, n, slope, fall, high, guess, dgamma)
     do iteration = 1, max_iterations
       if (iteration > 1 .or. any(dgamma > 0.0_wp)) then
-        call relative_stress(self, n, products, dgamma, norm, fall, curvature)
+        call relative_stress(n, shear3, self%back, products, dgamma, norm, fall, curvature)
         call flow_after(self%curve, n, dt, eqps, factor, start, dgamma, flow, slope, bend, reach)
       end if
       norm = norm - flow
@@ -224,177 +227,32 @@ contains
       call advance(n, iteration, first, norm, fall, bend, reach, low, high, last, dgamma, ok)
       if (ok) exit
     end do
-    call find_relative(self, n, dgamma, stress, back, theta, relative, norm)
-    call flow_along(self, n, dgamma, norm, theta, relative, stress, back, work)
+    call flow_relative(n, shear3, self%back, dgamma, stress, back, norm)
     eqps = eqps + dgamma
+    if (.not. self%curve%heating%is_active) return
+    work = products(:, 0, 0)
+    do k = 1, self%back%n
+      work = work - products(:, 0, k)/(1.0_wp + self%back%recall(k)*dgamma)
+    end do
+    work = (work/norm - shear3*dgamma)*dgamma
   end subroutine return_points
 
-  !> Products of the deviator (0) and the back stresses.
-  pure subroutine find_products(n, n_back, mises, stress, back, products)
+  !> The relative stress: deviator less the back stresses, and its von Mises norm.
+  pure subroutine find_relative(n, n_back, stress, back, relative, norm)
     integer, intent(in) :: n, n_back
-    real(wp), intent(in) :: mises(n), stress(n, 6), back(n, 6, n_back)
-    real(wp), intent(out) :: products(n, 0:n_back, 0:n_back)
-    integer :: i, k
-
-    products(:, 0, 0) = mises**2
-    do k = 1, n_back
-      call multiply(n, stress, back(:, :, k), products(:, 0, k))
-      products(:, k, 0) = products(:, 0, k)
-      do i = 1, k
-        call multiply(n, back(:, :, i), back(:, :, k), products(:, i, k))
-        products(:, k, i) = products(:, i, k)
-      end do
-    end do
-  end subroutine find_products
-
-  !> 3/2 a:b of the deviator of a with the deviator b, the square of the von Mises norm for a
-  !! deviator with itself.
-  pure subroutine multiply(n, a, b, product)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: a(n, 6), b(n, 6)
-    real(wp), intent(out) :: product(n)
-    integer :: l
-
-    !$omp simd
-    do l = 1, n
-      product(l) = 1.5_wp*((a(l, 1) - a(l, 3))*b(l, 1) + (a(l, 2) - a(l, 3))*b(l, 2)) &
-                   + 3.0_wp*(a(l, 4)*b(l, 4) + a(l, 5)*b(l, 5) + a(l, 6)*b(l, 6))
-    end do
-  end subroutine multiply
-
-  !> The left side of the equation of `return_points`, by how much it falls with `dgamma` and how
-  !! this fall fades.
-  pure subroutine relative_stress(self, n, products, dgamma, norm, fall, curvature)
-    class(mises_plastic_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: products(n, 0:self%back%n, 0:self%back%n), dgamma(n)
-    real(wp), intent(out), dimension(n) :: norm, fall, curvature
-    real(wp), dimension(n, self%back%n) :: theta, across, along
-    real(wp), dimension(n) :: square, growth, bent
-    real(wp) :: length, per_length, own
-    integer :: l, k, m
-
-    do k = 1, self%back%n
-      theta(:, k) = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma)
-    end do
-    ! Products of each back stress with the relative stress and with its derivative.
-    do k = 1, self%back%n
-      across(:, k) = products(:, 0, k)
-      along(:, k) = 0.0_wp
-      do m = 1, self%back%n
-        !$omp simd
-        do l = 1, n
-          across(l, k) = across(l, k) - theta(l, m)*products(l, m, k)
-          along(l, k) = along(l, k) + self%back%recall(m)*theta(l, m)**2*products(l, m, k)
-        end do
-      end do
-    end do
-    square = products(:, 0, 0)
-    growth = 0.0_wp
-    bent = 0.0_wp
-    norm = -3.0_wp*self%shear*dgamma
-    fall = 3.0_wp*self%shear
-    curvature = 0.0_wp
-    do k = 1, self%back%n
-      associate (gamma => self%back%recall(k), c => self%back%modulus(k))
-        !$omp simd private(own)
-        do l = 1, n
-          own = gamma*theta(l, k)**2
-          square(l) = square(l) - theta(l, k)*(across(l, k) + products(l, 0, k))
-          growth(l) = growth(l) + own*across(l, k)
-          bent(l) = bent(l) + own*(along(l, k) - 2.0_wp*gamma*theta(l, k)*across(l, k))
-          norm(l) = norm(l) - theta(l, k)*c*dgamma(l)
-          fall(l) = fall(l) + theta(l, k)**2*c
-          curvature(l) = curvature(l) + 2.0_wp*own*theta(l, k)*c
-        end do
-      end associate
-    end do
-    !$omp simd private(length, per_length)
-    do l = 1, n
-      length = sqrt(max(square(l), tiny(length)))
-      per_length = 1.0_wp/length
-      growth(l) = growth(l)*per_length
-      norm(l) = norm(l) + length
-      fall(l) = fall(l) - growth(l)
-      curvature(l) = curvature(l) + (bent(l) - growth(l)**2)*per_length
-    end do
-  end subroutine relative_stress
-
-  !> The relative stress after `dgamma`: deviator less the back stresses, which it has faded.
-  pure subroutine find_relative(self, n, dgamma, stress, back, theta, relative, norm)
-    class(mises_plastic_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: dgamma(n), stress(n, 6), back(n, 6, self%back%n)
-    real(wp), intent(out) :: theta(n, self%back%n)   !! what is left of each back stress
+    real(wp), intent(in) :: stress(n, 6), back(n, 6, n_back)
     real(wp), intent(out) :: relative(n, 6), norm(n)
-    real(wp) :: mean, left
-    integer :: k, l
+    real(wp) :: mean(n)
+    integer :: c
 
-    !$omp simd private(mean)
-    do l = 1, n
-      mean = (stress(l, 1) + stress(l, 2) + stress(l, 3))*(1.0_wp/3.0_wp)
-      relative(l, 1) = stress(l, 1) - mean
-      relative(l, 2) = stress(l, 2) - mean
-      relative(l, 3) = stress(l, 3) - mean
-      relative(l, 4) = stress(l, 4)
-      relative(l, 5) = stress(l, 5)
-      relative(l, 6) = stress(l, 6)
-    end do
-    do k = 1, self%back%n
-      !$omp simd private(left)
-      do l = 1, n
-        left = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma(l))
-        theta(l, k) = left
-        relative(l, 1) = relative(l, 1) - left*back(l, 1, k)
-        relative(l, 2) = relative(l, 2) - left*back(l, 2, k)
-        relative(l, 3) = relative(l, 3) - left*back(l, 3, k)
-        relative(l, 4) = relative(l, 4) - left*back(l, 4, k)
-        relative(l, 5) = relative(l, 5) - left*back(l, 5, k)
-        relative(l, 6) = relative(l, 6) - left*back(l, 6, k)
-      end do
+    mean = (stress(:, 1) + stress(:, 2) + stress(:, 3))*(1.0_wp/3.0_wp)
+    do c = 1, 6
+      relative(:, c) = stress(:, c) - sum(back(:, c, :), 2)
+      if (c <= 3) relative(:, c) = relative(:, c) - mean
     end do
     call multiply(n, relative, relative, norm)
     norm = sqrt(max(norm, tiny(norm)))
   end subroutine find_relative
-
-  !> Flow by `dgamma` along the relative stress, of von Mises norm `norm`.
-  pure subroutine flow_along(self, n, dgamma, norm, theta, relative, stress, back, work)
-    class(mises_plastic_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: dgamma(n), norm(n), theta(n, self%back%n), relative(n, 6)
-    real(wp), intent(inout) :: stress(n, 6), back(n, 6, self%back%n)
-    real(wp), intent(out) :: work(n)          !! of the stress after it on the plastic strain
-    real(wp) :: scaling(n), along, left
-    integer :: k, l
-
-    scaling = dgamma/norm
-    !$omp simd private(along)
-    do l = 1, n
-      along = -3.0_wp*self%shear*scaling(l)
-      stress(l, 1) = stress(l, 1) + along*relative(l, 1)
-      stress(l, 2) = stress(l, 2) + along*relative(l, 2)
-      stress(l, 3) = stress(l, 3) + along*relative(l, 3)
-      stress(l, 4) = stress(l, 4) + along*relative(l, 4)
-      stress(l, 5) = stress(l, 5) + along*relative(l, 5)
-      stress(l, 6) = stress(l, 6) + along*relative(l, 6)
-    end do
-    do k = 1, self%back%n
-      !$omp simd private(along, left)
-      do l = 1, n
-        left = theta(l, k)
-        along = left*self%back%modulus(k)*scaling(l)
-        back(l, 1, k) = left*back(l, 1, k) + along*relative(l, 1)
-        back(l, 2, k) = left*back(l, 2, k) + along*relative(l, 2)
-        back(l, 3, k) = left*back(l, 3, k) + along*relative(l, 3)
-        back(l, 4, k) = left*back(l, 4, k) + along*relative(l, 4)
-        back(l, 5, k) = left*back(l, 5, k) + along*relative(l, 5)
-        back(l, 6, k) = left*back(l, 6, k) + along*relative(l, 6)
-      end do
-    end do
-    if (.not. self%curve%heating%is_active) return
-    call multiply(n, stress, relative, work)
-    work = scaling*work
-  end subroutine flow_along
 
   !> The multi-stage scheme, see `consistency`. The direction of the flow changes with the stages.
   subroutine return_in_stages(self, n, dt, factor, guess, stress, eqps, back, work)
@@ -405,8 +263,8 @@ contains
     real(wp), intent(out) :: work(n)          !! of the stress on the plastic strain
     real(wp), dimension(n) :: start, first, flow, slope, bend, reach, norm, level, resistance
     real(wp), dimension(n) :: step, dgamma
-    real(wp) :: relative(n, 6), theta(n, self%back%n)
-    integer :: k, stage
+    real(wp) :: relative(n, 6)
+    integer :: c, k, stage
     logical :: ok
 
     call flow_at(self%curve, n, eqps, factor, start, slope, bend, reach)
@@ -415,7 +273,7 @@ contains
     first = 0.0_wp
     work = 0.0_wp
     do stage = 1, self%n_stages
-      call find_relative(self, n, spread(0.0_wp, 1, n), stress, back, theta, relative, norm)
+      call find_relative(n, self%back%n, stress, back, relative, norm)
       resistance = 3.0_wp*self%shear + sum(self%back%modulus)
       do k = 1, self%back%n
         call multiply(n, relative, back(:, :, k), level)
@@ -432,11 +290,16 @@ contains
       end if
       where (first <= 0.0_wp) step = 0.0_wp
       dgamma = dgamma + step
-      do k = 1, self%back%n
-        theta(:, k) = 1.0_wp/(1.0_wp + self%back%recall(k)*step)
+      step = step/norm
+      do c = 1, 6
+        stress(:, c) = stress(:, c) - 3.0_wp*self%shear*step*relative(:, c)
+        do k = 1, self%back%n
+          back(:, c, k) = (back(:, c, k) + self%back%modulus(k)*step*relative(:, c)) &
+                          /(1.0_wp + self%back%recall(k)*step*norm)
+        end do
       end do
-      call flow_along(self, n, step, norm, theta, relative, stress, back, level)
-      if (self%curve%heating%is_active) work = work + level
+      call multiply(n, stress, relative, level)
+      work = work + step*level
     end do
     eqps = eqps + dgamma
   end subroutine return_in_stages
@@ -451,7 +314,6 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(n)
     real(wp) :: modes(n, 3), turn(n, 3), worst
-    integer :: k
 
     if (self%n_stages > 0) then
       call search_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
@@ -464,9 +326,7 @@ contains
     if (.not. sum(abs(spin)) <= 0.0_wp) then
       turn = 0.0_wp
       turn(:, 1) = spin
-      do k = 1, self%back%n
-        call rotate_by_spin(n, turn, state(:, 6*k - 4:6*k + 1))
-      end do
+      call rotate_all_by_spin(n, self%back%n, turn, state(:, 2:6*self%back%n + 1))
     end if
     call find_plane_strain(self, n, dt, dstrain, mode_moduli(self%bulk, self%shear), modes, &
                            state, ok)

@@ -6,11 +6,12 @@ module row_functions
   implicit none
   private
 
-  public :: exp_row, exp_small, log_row, power_row, power_small, are_numbers
-
-  real(wp), parameter, public :: small_exponent = 2.0e-3_wp   !! largest |x| of `exp_small`
+  public :: exp_row, exp_multiple, log_row, log_near, power_row, power_small, power_near, &
+            are_numbers
 
   real(wp), parameter, public :: small_part = 1.0e-2_wp       !! largest |x| of `power_small`
+
+  real(wp), parameter, public :: near_part = 5.0e-2_wp        !! of `power_near` and `log_near`
 
   ! ln 2 in two parts: multiples of the first are exact.
   real(wp), parameter :: ln2_high = 6.93147180369123816490e-1_wp
@@ -18,12 +19,45 @@ module row_functions
 
 contains
 
-  !> x becomes exp(x): x = k ln 2 + r with |r| <= ln(2)/2 and the Taylor polynomial of degree 12 in
-  !! r. Relative error below 5e-16; outside -708 to 709 the value is that of the bound.
-  !! k added to a number so large that its last bit counts one stands in the bits of the sum: a
-  !! conversion to integers would do, but AVX2 has none.
+  !> x becomes exp(x), with a relative error below 5e-16. Outside -708 to 709 it is that of the
+  !! bound.
   pure subroutine exp_row(n, x)
     integer, intent(in) :: n
+    real(wp), intent(inout) :: x(n)
+
+    call raise_e(n, 1.0_wp, x)
+  end subroutine exp_row
+
+  !> exp(factor x) where `largest` bounds all |x|: for |factor x| <= 2e-3 the Taylor polynomial of
+  !! degree 5, whose relative error stays below 1e-19.
+  pure subroutine exp_multiple(n, factor, largest, x, values)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: factor, largest, x(n)
+    real(wp), intent(out) :: values(n)
+    real(wp), parameter :: short = 2.0e-3_wp
+    real(wp), parameter :: c3 = 1.0_wp/6, c4 = 1.0_wp/24, c5 = 1.0_wp/120
+    real(wp) :: y
+    integer :: l
+
+    if (abs(factor)*largest <= short) then
+      !$omp simd private(y)
+      do l = 1, n
+        y = factor*x(l)
+        values(l) = 1.0_wp + y*(1.0_wp + y*(0.5_wp + y*(c3 + y*(c4 + y*c5))))
+      end do
+    else
+      values = x
+      call raise_e(n, factor, values)
+    end if
+  end subroutine exp_multiple
+
+  !> x becomes exp(factor x): factor x = k ln 2 + r with |r| <= ln(2)/2 and the Taylor polynomial of
+  !! degree 12 in r.
+  !! k added to a number so large that its last bit counts one stands in the bits of the sum: a
+  !! conversion to integers would do, but AVX2 has none.
+  pure subroutine raise_e(n, factor, x)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: factor
     real(wp), intent(inout) :: x(n)
     real(wp), parameter :: per_ln2 = 1.4426950408889634074_wp
     real(wp), parameter :: large = 1.5_wp*2.0_wp**52
@@ -32,7 +66,7 @@ contains
 
     !$omp simd private(r, r2, r4, k, bounded, polynomial)
     do l = 1, n
-      bounded = min(max(x(l), -708.0_wp), 709.0_wp)
+      bounded = min(max(factor*x(l), -708.0_wp), 709.0_wp)
       k = (bounded*per_ln2 + large) - large
       r = (bounded - k*ln2_high) - k*ln2_low
       r2 = r*r
@@ -44,21 +78,7 @@ contains
       ! Two to the power k, by its bits.
       x(l) = polynomial*transfer(ishft(transfer(k + large, 1_int64) + 1023_int64, 52), 1.0_wp)
     end do
-  end subroutine exp_row
-
-  !> x becomes exp(x), for |x| <= small_exponent: the Taylor polynomial of degree 5, whose relative
-  !! error stays below 1e-19.
-  pure subroutine exp_small(n, x)
-    integer, intent(in) :: n
-    real(wp), intent(inout) :: x(n)
-    real(wp), parameter :: c3 = 1.0_wp/6, c4 = 1.0_wp/24, c5 = 1.0_wp/120
-    integer :: l
-
-    !$omp simd
-    do l = 1, n
-      x(l) = 1.0_wp + x(l)*(1.0_wp + x(l)*(0.5_wp + x(l)*(c3 + x(l)*(c4 + x(l)*c5))))
-    end do
-  end subroutine exp_small
+  end subroutine raise_e
 
   !> x becomes ln(x), for positive normal numbers: x = 2^k (1 + f) with 1 + f between sqrt(1/2) and
   !! sqrt(2), and the series of 2 artanh(f/(2 + f)) up to the power 21. Relative error below 1e-15,
@@ -97,8 +117,7 @@ contains
     real(wp), intent(inout) :: x(n)
 
     call log_row(n, x)
-    x = exponent*x
-    call exp_row(n, x)
+    call raise_e(n, exponent, x)
   end subroutine power_row
 
   !> x becomes 1 + x to a power from -1 to 1, for |x| <= small_part: the binomial series up to the
@@ -108,18 +127,61 @@ contains
     real(wp), intent(in) :: exponent
     real(wp), intent(inout) :: x(n)
     real(wp) :: c(7)
-    integer :: k, l
+    integer :: l
 
-    c(1) = exponent
-    do k = 2, size(c)
-      c(k) = c(k - 1)*(exponent - (k - 1))/k
-    end do
+    c = binomials(7, exponent)
     !$omp simd
     do l = 1, n
       x(l) = 1.0_wp + x(l)*(c(1) + x(l)*(c(2) + x(l)*(c(3) + x(l)*(c(4) + x(l)*(c(5) + x(l)*(c(6) &
                                                                             + x(l)*c(7)))))))
     end do
   end subroutine power_small
+
+  !> Multiples of such powers for |x| <= near_part, by the series up to the twelfth power.
+  pure subroutine power_near(n, exponent, factor, x)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: exponent, factor(n)
+    real(wp), intent(inout) :: x(n)
+    real(wp) :: c(12)
+    integer :: l
+
+    c = binomials(12, exponent)
+    !$omp simd
+    do l = 1, n
+      x(l) = factor(l)*(1.0_wp + x(l)*(c(1) + x(l)*(c(2) + x(l)*(c(3) + x(l)*(c(4) + x(l)*(c(5) &
+             + x(l)*(c(6) + x(l)*(c(7) + x(l)*(c(8) + x(l)*(c(9) + x(l)*(c(10) + x(l)*(c(11) &
+                                                                         + x(l)*c(12)))))))))))))
+    end do
+  end subroutine power_near
+
+  !> Coefficients of the first powers in the binomial series.
+  pure function binomials(n, exponent) result(c)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: exponent
+    real(wp) :: c(n)
+    integer :: k
+
+    c(1) = exponent
+    do k = 2, n
+      c(k) = c(k - 1)*(exponent - (k - 1))/k
+    end do
+  end function binomials
+
+  !> x becomes ln(1 + x), for |x| <= near_part: the Taylor polynomial of degree 12, whose error
+  !! stays below 2e-17 of x.
+  pure subroutine log_near(n, x)
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: x(n)
+    real(wp), parameter :: c3 = 1.0_wp/3, c5 = 1.0_wp/5, c6 = 1.0_wp/6, c7 = 1.0_wp/7, &
+      c9 = 1.0_wp/9, c10 = 1.0_wp/10, c11 = 1.0_wp/11, c12 = 1.0_wp/12
+    integer :: l
+
+    !$omp simd
+    do l = 1, n
+      x(l) = x(l)*(1.0_wp - x(l)*(0.5_wp - x(l)*(c3 - x(l)*(0.25_wp - x(l)*(c5 - x(l)*(c6 &
+             - x(l)*(c7 - x(l)*(0.125_wp - x(l)*(c9 - x(l)*(c10 - x(l)*(c11 - x(l)*c12)))))))))))
+    end do
+  end subroutine log_near
 
   !> Are all values numbers, and is their sum finite? A largest value would pass over a NaN.
   pure logical function are_numbers(n, x)

@@ -8,7 +8,7 @@ module voce
   use block_law, only: block_law_t, set_elastic
   use plane_stress, only: plane_trial, flow_in_plane, mode_moduli
   use plane_steps, only: strain_of_modes, just_above, small_step
-  use row_functions, only: exp_row, exp_small, small_exponent, are_numbers
+  use row_functions, only: exp_row, exp_multiple, are_numbers
   implicit none
   private
 
@@ -129,12 +129,7 @@ contains
     most = worst
     do iteration = 2, max_iterations
       if (ok) exit
-      faded = -rate*dgamma
-      if (rate*most <= small_exponent) then
-        call exp_small(n, faded)
-      else
-        call exp_row(n, faded)
-      end if
+      call exp_multiple(n, -rate, most, dgamma, faded)
       worst = 0.0_wp
       !$omp simd private(now, step) reduction(max:worst)
       do l = 1, n
@@ -203,12 +198,7 @@ contains
     ok = .not. most > 0.0_wp
     do iteration = 2, max_iterations
       if (ok) exit
-      faded = -self%rate*dgamma
-      if (self%rate*most <= small_exponent) then
-        call exp_small(n, faded)
-      else
-        call exp_row(n, faded)
-      end if
+      call exp_multiple(n, -self%rate, most, dgamma, faded)
       call next_plane_step(self, n, moduli(:2), modes, left, faded, flow, dgamma, most, open)
       ok = open <= 0.0_wp
     end do

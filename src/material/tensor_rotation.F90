@@ -10,49 +10,46 @@ module tensor_rotation
   implicit none
   private
 
-  public :: rotate_by_spin, turn_to_end, rotate_tensors, transposed
+  public :: rotate_by_spin, rotate_all_by_spin, turn_to_end, rotate_tensors, transposed
   public :: axes_from_points, rotate_axes, axes_rotation, axes_in_sheet, turn_in_plane
 
 contains
 
   !> Rotate the tensors of a row by their spin increments (T. J. R. Hughes and J. Winget, IJNME 15
-  !! (1980), eq. (13)): rotation and product in one loop, so that the rotations stay in registers.
+  !! (1980), eq. (13)).
   pure subroutine rotate_by_spin(n, spin, tensor)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23
-    real(wp), intent(inout) :: tensor(n, 6)     !! 11 22 33 12 13 23, shear as it is
-    real(wp) :: h1, h2, h3, w, w1, w2, w3, h11, h22, h33, h12, h13, h23
-    real(wp) :: r11, r12, r13, r21, r22, r23, r31, r32, r33
-    real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, first, second
-    integer :: l
-
-    !$omp simd private(h1, h2, h3, w, w1, w2, w3, h11, h22, h33, h12, h13, h23, &
-    !$omp r11, r12, r13, r21, r22, r23, r31, r32, r33, &
-    !$omp s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, first, second)
-    do l = 1, n
-      h1 = spin(l, 1); h2 = spin(l, 2); h3 = spin(l, 3)
-      w = 1.0_wp/(2.0_wp + 0.5_wp*(h1*h1 + h2*h2 + h3*h3))
-      w1 = w*h1; w2 = w*h2; w3 = w*h3
-      h11 = w1*h1; h22 = w2*h2; h33 = w3*h3; h12 = w1*h2; h13 = w1*h3; h23 = w2*h3
-      w1 = w1 + w1; w2 = w2 + w2; w3 = w3 + w3
-      r11 = 1.0_wp - (h11 + h22); r12 = w1 - h23; r13 = w2 + h13
-      r21 = -(w1 + h23); r22 = 1.0_wp - (h11 + h33); r23 = w3 - h12
-      r31 = h13 - w2; r32 = -(w3 + h12); r33 = 1.0_wp - (h22 + h33)
-      s1 = tensor(l, 1); s2 = tensor(l, 2); s3 = tensor(l, 3)
-      s4 = tensor(l, 4); s5 = tensor(l, 5); s6 = tensor(l, 6)
-      t1 = r11*s1 + r12*s4 + r13*s5; t2 = r11*s4 + r12*s2 + r13*s6; t3 = r11*s5 + r12*s6 + r13*s3
-      t4 = r21*s1 + r22*s4 + r23*s5; t5 = r21*s4 + r22*s2 + r23*s6; t6 = r21*s5 + r22*s6 + r23*s3
-      first = t1*r11 + t2*r12 + t3*r13
-      second = t4*r21 + t5*r22 + t6*r23
-      tensor(l, 1) = first
-      tensor(l, 2) = second
-      ! A rotation keeps the trace.
-      tensor(l, 3) = (s1 - first) + (s2 - second) + s3
-      tensor(l, 4) = t1*r21 + t2*r22 + t3*r23
-      tensor(l, 5) = t1*r31 + t2*r32 + t3*r33
-      tensor(l, 6) = t4*r31 + t5*r32 + t6*r33
-    end do
+    integer, parameter :: n_tensors = 1
+#include "spin_rotation.inc"
   end subroutine rotate_by_spin
+
+  !> Rotate several tensors a point, which share its rotation.
+  pure subroutine rotate_all_by_spin(n, n_tensors, spin, tensor)
+    integer, intent(in) :: n, n_tensors
+    real(wp), intent(in) :: spin(n, 3)
+    real(wp), intent(inout) :: tensor(n, 6, n_tensors)
+    integer :: k
+
+    select case (n_tensors)
+    case (2)
+      call rotate_two(n, spin, tensor)
+    case (3)
+      call rotate_three(n, spin, tensor)
+    case default
+      do k = 1, n_tensors
+        call rotate_by_spin(n, spin, tensor(:, :, k))
+      end do
+    end select
+  end subroutine rotate_all_by_spin
+
+  pure subroutine rotate_two(n, spin, tensor)
+    integer, parameter :: n_tensors = 2
+#include "spin_rotation.inc"
+  end subroutine rotate_two
+
+  pure subroutine rotate_three(n, spin, tensor)
+    integer, parameter :: n_tensors = 3
+#include "spin_rotation.inc"
+  end subroutine rotate_three
 
   !> Rotate strain increments from the middle of their step to its end, by half of its spin W:
   !! D + (W D - D W)/2, which is exact to second order in the step. Without it the stress misses a
