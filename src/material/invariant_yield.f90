@@ -19,7 +19,7 @@ module invariant_yield
   use power_sums, only: n_arguments, n_packed, most_of_two, inverse_factorials, find_series, &
                         contract_values, contract_slopes, contract_curvatures
   use argument_products, only: combine, add_products
-  use row_functions, only: power_row
+  use row_functions, only: power_row, inverse_root
   implicit none
   private
 
@@ -197,27 +197,26 @@ contains
     real(wp), intent(out) :: q(lanes)
     real(wp), intent(inout) :: slope(lanes, n_arguments), curvature(lanes, n_packed)
     real(wp), parameter :: least = 1.0e-290_wp
-    real(wp), dimension(lanes) :: first, second, square
+    real(wp), dimension(lanes) :: root, first, second, square
     integer :: i, j, k, l
 
     !$omp simd
     do l = 1, lanes
       q(l) = max(yield%scaling*power(l), least)
-      first(l) = yield%scaling/(yield%exponent*q(l))
     end do
-    if (yield%exponent == 8) then
-      !$omp simd
-      do l = 1, lanes
-        q(l) = sqrt(sqrt(sqrt(q(l))))
-      end do
+    if (yield%exponent == 6 .or. yield%exponent == 8) then
+      call inverse_root(lanes, yield%exponent, q, root)
     else
-      call power_row(lanes, 1.0_wp/yield%exponent, q)
+      root = q
+      call power_row(lanes, -1.0_wp/yield%exponent, root)
     end if
     !$omp simd
     do l = 1, lanes
-      first(l) = q(l)*first(l)
+      second(l) = 1.0_wp/(root(l)*q(l))
+      q(l) = second(l)*q(l)
+      first(l) = yield%scaling/yield%exponent*second(l)
       second(l) = first(l)*inverse(l)
-      square(l) = (yield%exponent - 1)*inverse(l)/q(l)
+      square(l) = (yield%exponent - 1)*inverse(l)*root(l)
     end do
     do i = 1, n
       !$omp simd

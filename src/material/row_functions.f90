@@ -7,7 +7,7 @@ module row_functions
   private
 
   public :: exp_row, exp_multiple, log_row, log_near, power_row, power_small, power_near, &
-            are_numbers
+            inverse_root, are_numbers
 
   real(wp), parameter, public :: small_part = 1.0e-2_wp       !! largest |x| of `power_small`
 
@@ -16,6 +16,12 @@ module row_functions
   ! ln 2 in two parts: multiples of the first are exact.
   real(wp), parameter :: ln2_high = 6.93147180369123816490e-1_wp
   real(wp), parameter :: ln2_low = 1.90821492927058770002e-10_wp
+
+  ! A number so large that its last bit counts one, and the bits of it and of sqrt(1/2).
+  real(wp), parameter :: large = 1.5_wp*2.0_wp**52
+  integer(int64), parameter :: bits_of_large = int(z'4338000000000000', int64)
+  integer(int64), parameter :: bits_of_root = int(z'3FE6A09E667F3BCD', int64)
+  integer(int64), parameter :: bias = 1023_int64, mantissa = int(z'000FFFFFFFFFFFFF', int64)
 
 contains
 
@@ -60,7 +66,6 @@ contains
     real(wp), intent(in) :: factor
     real(wp), intent(inout) :: x(n)
     real(wp), parameter :: per_ln2 = 1.4426950408889634074_wp
-    real(wp), parameter :: large = 1.5_wp*2.0_wp**52
     real(wp) :: r, r2, r4, k, bounded, polynomial
     integer :: l
 
@@ -87,10 +92,6 @@ contains
   pure subroutine log_row(n, x)
     integer, intent(in) :: n
     real(wp), intent(inout) :: x(n)
-    integer(int64), parameter :: bits_of_large = int(z'4338000000000000', int64)   ! of 3*2^51
-    integer(int64), parameter :: bits_of_root = int(z'3FE6A09E667F3BCD', int64)    ! of sqrt(1/2)
-    integer(int64), parameter :: bias = 1023_int64, mantissa = int(z'000FFFFFFFFFFFFF', int64)
-    real(wp), parameter :: large = 1.5_wp*2.0_wp**52
     integer(int64) :: bits
     real(wp) :: k, f, s, z, series
     integer :: l
@@ -182,6 +183,40 @@ contains
              - x(l)*(c7 - x(l)*(0.125_wp - x(l)*(c9 - x(l)*(c10 - x(l)*(c11 - x(l)*c12)))))))))))
     end do
   end subroutine log_near
+
+  !> x^(-1/m) for m = 6 and 8 and positive normal numbers. The start from short series of logarithm
+  !! and exponential is good to 2e-3, and each of the two steps leaves (m + 1) (2 m + 1)/6 times
+  !! the cube of the error.
+  pure subroutine inverse_root(n, m, x, root)
+    integer, intent(in) :: n, m
+    real(wp), intent(in) :: x(n)
+    real(wp), intent(out) :: root(n)
+    real(wp), parameter :: per_ln2 = 1.4426950408889634074_wp
+    real(wp) :: k, f, z, y, y2, y4, h, per_m
+    integer(int64) :: bits
+    integer :: l, step
+
+    per_m = 1.0_wp/m
+    !$omp simd private(bits, k, f, z, y, y2, y4, h, step)
+    do l = 1, n
+      ! As in `log_row` and `raise_e`.
+      bits = transfer(x(l), 1_int64) + (ishft(bias, 52) - bits_of_root)
+      k = transfer(bits_of_large + (ishft(bits, -52) - bias), 1.0_wp) - large
+      f = transfer(iand(bits, mantissa) + bits_of_root, 1.0_wp) - 1.0_wp
+      z = -per_m*(k + per_ln2*f*(1.0_wp - f*(0.5_wp - f*(1.0_wp/3))))
+      k = (z + large) - large
+      z = z - k
+      y = (1.0_wp + z*(0.69315_wp + z*(0.24023_wp + z*0.05550_wp))) &
+          *transfer(ishft(transfer(k + large, 1_int64) + 1023_int64, 52), 1.0_wp)
+      do step = 1, 2
+        y2 = y*y
+        y4 = y2*y2
+        h = (1.0_wp - x(l)*y4*merge(y4, y2, m == 8))*per_m
+        y = y + y*h*(1.0_wp + 0.5_wp*(m + 1)*h)
+      end do
+      root(l) = y
+    end do
+  end subroutine inverse_root
 
   !> Are all values numbers, and is their sum finite? A largest value would pass over a NaN.
   pure logical function are_numbers(n, x)
