@@ -7,8 +7,8 @@ module user_build
   use text, only: string_t, strings, append_text, to_text, joined, lower_case, upper_case
   use checksum, only: file_checksum
   use child_process, only: run_program, program_missing, c_text
-  use system_files, only: folder_of, program_folder, replace_file, open_own_file, digest_of, &
-                          keep_to_owner, close_file, path_of
+  use system_files, only: folder_of, folder_above, program_folder, replace_file, open_own_file, &
+                          digest_of, keep_to_owner, close_file, path_of
   use text_file, only: read_whole_file
   use user_sources, only: is_source, is_c_source, is_fixed_form, has_directives, provide_includes, &
                           as_file, ending_of, kinds_of, digest_t, add_text, add_file, &
@@ -203,17 +203,11 @@ contains
   subroutine find_support(build, error)
     type(build_t), intent(inout) :: build
     type(error_t), allocatable, intent(out) :: error
-    logical :: is_there
-    integer :: i
 
-    build%support = program_folder()
-    do i = 1, 2
-      build%support = build%support//"/.."
-      inquire (file=build%support//"/lib/libigaform_user.so", exist=is_there)
-      if (is_there) return
-    end do
-    call fail(error, "the utility routines for user materials are missing: no "// &
-              "lib/libigaform_user.so above the folder of the program, "//program_folder())
+    build%support = folder_above("lib/libigaform_user.so")
+    if (build%support == "") &
+      call fail(error, "the utility routines for user materials are missing: no "// &
+                "lib/libigaform_user.so above the folder of the program, "//program_folder())
   end subroutine find_support
 
   !> Create a folder that no other run has, on this machine or another that shares the cache.

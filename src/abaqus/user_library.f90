@@ -1,14 +1,14 @@
 !> Subroutines of users, loaded while the program runs, and their call before the first increment:
 !! it gets the name of the job and reads files and fills COMMON blocks.
 module user_library
-  use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_funloc, c_null_funptr, &
-                                         c_ptr, c_associated, c_double, c_f_procpointer, &
-                                         c_null_ptr
+  use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_funloc, c_null_funptr, c_ptr, &
+                                         c_associated, c_double, c_f_procpointer, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: error_unit
+  use c_library, only: c_dlfunction
   use failure, only: error_t, fail
   use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
-  use system_files, only: fortran_text, open_own_folder, open_memory, close_file, path_of
+  use system_files, only: load_library, open_own_folder, open_memory, close_file, path_of
   use text_file, only: read_whole_file, take_line
   use user_build, only: build_user_library, setting
   use user_sources, only: ending_of, uncalled_routines
@@ -35,22 +35,6 @@ module user_library
   end type user_library_t
 
   interface
-    type(c_ptr) function c_dlopen(path, flags) bind(C, name="dlopen")
-      import :: c_char, c_int, c_ptr
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: flags
-    end function c_dlopen
-
-    type(c_funptr) function c_dlsym(library, name) bind(C, name="dlsym")
-      import :: c_char, c_funptr, c_ptr
-      type(c_ptr), value :: library
-      character(kind=c_char), intent(in) :: name(*)
-    end function c_dlsym
-
-    type(c_ptr) function c_dlerror() bind(C, name="dlerror")
-      import :: c_ptr
-    end function c_dlerror
-
     subroutine c_abort() bind(C, name="abort")
     end subroutine c_abort
   end interface
@@ -140,26 +124,22 @@ contains
   subroutine open_library(library, error)
     type(user_library_t), intent(inout) :: library
     type(error_t), allocatable, intent(out) :: error
-    integer(c_int), parameter :: all_now = 2_c_int  ! RTLD_NOW, names for this library alone
-    type(c_ptr) :: handle, words
-    character(:), allocatable :: message
+    type(c_ptr) :: handle
+    character(:), allocatable :: why
 
-    handle = c_dlopen(c_text(library%path), all_now)
+    call load_library(library%path, handle, why)
     if (.not. c_associated(handle)) then
-      words = c_dlerror()
-      message = ""
-      if (c_associated(words)) message = fortran_text(words)
-      call fail(error, "cannot load "//joined(library%files, ", ")//": "//message)
+      call fail(error, "cannot load "//joined(library%files, ", ")//": "//why)
       return
     end if
-    library%umat = c_dlsym(handle, c_text("umat_"))
-    library%vumat = c_dlsym(handle, c_text("vumat_"))
-    library%sdvini = c_dlsym(handle, c_text("sdvini_"))
-    library%usdfld = c_dlsym(handle, c_text("usdfld_"))
-    library%vusdfld = c_dlsym(handle, c_text("vusdfld_"))
-    library%uvarm = c_dlsym(handle, c_text("uvarm_"))
-    library%uexternaldb = c_dlsym(handle, c_text("uexternaldb_"))
-    library%vexternaldb = c_dlsym(handle, c_text("vexternaldb_"))
+    library%umat = c_dlfunction(handle, c_text("umat_"))
+    library%vumat = c_dlfunction(handle, c_text("vumat_"))
+    library%sdvini = c_dlfunction(handle, c_text("sdvini_"))
+    library%usdfld = c_dlfunction(handle, c_text("usdfld_"))
+    library%vusdfld = c_dlfunction(handle, c_text("vusdfld_"))
+    library%uvarm = c_dlfunction(handle, c_text("uvarm_"))
+    library%uexternaldb = c_dlfunction(handle, c_text("uexternaldb_"))
+    library%vexternaldb = c_dlfunction(handle, c_text("vexternaldb_"))
   end subroutine open_library
 
   !> A subroutine of a library that is not loaded was called, which is an error of this program.

@@ -5,7 +5,7 @@ module run_identity
   use checksum, only: file_checksum
   use command_line, only: command_t
   use scene, only: is_user_material, scene_t
-  use build_info, only: version, git_commit, source_digest, build_flags, kernels
+  use build_info, only: version, git_commit, source_digest, build_flags, kernels, lapack_files
   use provenance, only: fingerprint, provenance_t
   implicit none
   private
@@ -79,7 +79,7 @@ contains
   function build_of_program() result(build)
     character(:), allocatable :: build
 
-    build = fingerprint(version//" (sources "//source_digest//")", kernels)
+    build = fingerprint(version//" (sources "//source_digest//")", kernels, lapack_files)
   end function build_of_program
 
 end module run_identity

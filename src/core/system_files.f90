@@ -17,7 +17,8 @@ module system_files
   public :: true_path, matching_files, is_folder, kind_of_file, is_no_file, bytes_on_disk
   public :: sync_file, replace_file, install_file, remove_file, make_folder, why_protected
   public :: fortran_text
-  public :: program_folder, folder_of, is_same_file, is_any_of_files, library_of
+  public :: program_folder, folder_above, folder_of, is_same_file, is_any_of_files, library_of
+  public :: load_library
   public :: open_own_folder, open_own_file, open_memory, close_file, path_of, digest_of
   public :: keep_to_owner
 
@@ -54,6 +55,16 @@ module system_files
     "", "device", "", "file", "", "", "", "socket", "", "", ""]
 
   interface
+    type(c_ptr) function c_dlopen(path, flags) bind(C, name="dlopen")
+      import :: c_char, c_int, c_ptr
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: flags
+    end function c_dlopen
+
+    type(c_ptr) function c_dlerror() bind(C, name="dlerror")
+      import :: c_ptr
+    end function c_dlerror
+
     integer(c_int) function c_dladdr(address, place) bind(C, name="dladdr")
       import :: c_int, c_ptr, place_t
       type(c_ptr), value :: address
@@ -166,6 +177,37 @@ contains
 
     folder = folder_of(true_path("/proc/self/exe"))
   end function program_folder
+
+  !> The folder above that of the program, or one higher, that a file lies below; empty if neither.
+  function folder_above(file) result(folder)
+    character(*), intent(in) :: file                !! such as lib/libigaform_user.so
+    character(:), allocatable :: folder
+    logical :: is_there
+    integer :: i
+
+    folder = program_folder()
+    do i = 1, 2
+      folder = folder//"/.."
+      inquire (file=folder//"/"//file, exist=is_there)
+      if (is_there) return
+    end do
+    folder = ""
+  end function folder_above
+
+  !> Load a shared library, whose names serve itself alone.
+  subroutine load_library(path, handle, why)
+    character(*), intent(in) :: path
+    type(c_ptr), intent(out) :: handle                  !! null if that failed
+    character(:), allocatable, intent(out) :: why       !! in the words of the loader
+    integer(c_int), parameter :: all_now = 2_c_int      ! RTLD_NOW
+    type(c_ptr) :: words
+
+    why = ""
+    handle = c_dlopen(path//c_null_char, all_now)
+    if (c_associated(handle)) return
+    words = c_dlerror()
+    if (c_associated(words)) why = fortran_text(words)
+  end subroutine load_library
 
   function resolve(path) result(resolved)
     character(*), intent(in) :: path

@@ -90,16 +90,20 @@ contains
   end function timestamp
 
   !> The build of this program, a line for each property: program, compiler, its options with
-  !! `-march=native` resolved, LAPACK and BLAS as loaded, instances of the kernel.
-  function fingerprint(program, kernels) result(lines)
+  !! `-march=native` resolved, LAPACK and BLAS, instances of the kernel.
+  function fingerprint(program, kernels, archives) result(lines)
     character(*), intent(in) :: program     !! version and digest of the sources
     character(*), intent(in) :: kernels     !! tuned instances of the block kernel
+    character(*), intent(in), optional :: archives   !! of LAPACK and BLAS; none: those loaded
     character(:), allocatable :: lines
     character(:), allocatable :: lapack, blas
 
     lapack = library_of("dpbtrf_")
     blas = library_of("dgemm_")
     if (blas /= lapack) lapack = lapack//" "//blas
+    if (present(archives)) then
+      if (archives /= "") lapack = archives
+    end if
     lines = line("program", program)//line("compiler", compiler_version()) &
             //line("options", options_that_count(compiler_options())) &
             //line("lapack", lapack)//line("kernels", kernels)
