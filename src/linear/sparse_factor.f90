@@ -1,0 +1,173 @@
+!> Factors L D L' of a symmetric sparse matrix, by MUMPS, on one thread: equal matrices give equal
+!! bits. One analysis serves all matrices with the same entries.
+module sparse_factor
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_int64_t, c_loc, &
+                                         c_null_funptr, c_null_ptr
+  use child_process, only: c_text
+  use kinds, only: wp
+  use failure, only: error_t, fail
+  use text, only: to_text
+  use mumps_library, only: find_mumps, call_mumps, mumps_call_t, mumps_analyse, mumps_factorise, &
+                           mumps_solve, mumps_end
+  use sparse_matrix, only: symmetric_matrix_t
+  implicit none
+  private
+
+  !> Factors of one matrix at a time. Never to be copied: the memory is that of MUMPS.
+  type, public :: sparse_factor_t
+    private
+    type(c_funptr) :: entry = c_null_funptr
+    type(mumps_call_t) :: call
+    integer, public :: n_negative = 0          !! pivots of the last factors
+    integer, public :: null_unknown = 0        !! the first with a pivot of zero, 0: there is none
+    integer, public :: megabytes = 0           !! of memory: as estimated, then as used
+    real(wp), public :: n_entries = 0.0_wp     !! of the factors, as estimated
+    real(wp), public :: n_operations = 0.0_wp  !! on numbers for one set of factors, as estimated
+  contains
+    procedure, public :: analyse, factorise, solve, clear
+    final :: end_factor
+  end type sparse_factor_t
+
+  ! INFOG(1) of MUMPS.
+  integer(c_int), parameter :: no_integers = -7_c_int, short_of_integers = -8_c_int, &
+                               short_of_reals = -9_c_int, is_singular = -10_c_int, &
+                               short_in_solution = -11_c_int, no_memory = -13_c_int, &
+                               short_of_room = -14_c_int, no_disk = -90_c_int
+
+  ! Percent of memory beyond the estimate, where the one before was not enough.
+  integer(c_int), parameter :: spare(5) = [20_c_int, 50_c_int, 100_c_int, 300_c_int, 1000_c_int]
+
+contains
+
+  !> Find the order of elimination for all matrices with these entries, and what the factors need.
+  subroutine analyse(self, matrix, is_definite, error, folder)
+    class(sparse_factor_t), intent(inout) :: self
+    type(symmetric_matrix_t), intent(in) :: matrix
+    logical, intent(in) :: is_definite         !! it never needs pivots
+    type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in), optional :: folder   !! where factors are kept instead of in memory
+    character(kind=c_char), allocatable, target :: path(:)
+
+    call self%clear()
+    call find_mumps(self%entry, error)
+    if (allocated(error)) return
+    self%call%n = int(matrix%n, c_int)
+    self%call%is_definite = merge(1_c_int, 0_c_int, is_definite)
+    self%call%spare = spare(1)
+    if (present(folder)) then
+      path = c_text(folder)
+      self%call%folder = c_loc(path)
+    end if
+    call run(self, mumps_analyse, matrix, error)
+    self%call%folder = c_null_ptr
+    self%megabytes = int(self%call%megabytes)
+    if (present(folder)) self%megabytes = int(self%call%megabytes_on_disk)
+    self%n_entries = self%call%n_factor_entries
+    self%n_operations = self%call%n_operations
+  end subroutine analyse
+
+  !> Factors of a matrix with the entries analysed. Fails where it is singular, by `null_unknown`,
+  !! and where memory does not do; then there are no factors.
+  subroutine factorise(self, matrix, error)
+    class(sparse_factor_t), intent(inout) :: self
+    type(symmetric_matrix_t), intent(in) :: matrix
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(spare)
+      self%call%spare = spare(i)
+      call run(self, mumps_factorise, matrix, error)
+      if (self%call%code /= short_of_integers .and. self%call%code /= short_of_reals) exit
+    end do
+    self%n_negative = int(self%call%n_negative)
+    self%null_unknown = int(self%call%null_unknown)
+    if (allocated(error)) return
+    self%megabytes = int(self%call%megabytes)
+    if (self%call%n_null > 0) &
+      call fail(error, "the matrix of "//to_text(matrix%n)//" equations is singular: "// &
+                to_text(int(self%call%n_null))//" of its pivots are zero, the first that of "// &
+                "unknown "//to_text(self%null_unknown))
+  end subroutine factorise
+
+  !> Solve for right sides in columns, which become the solutions.
+  subroutine solve(self, right, error)
+    class(sparse_factor_t), intent(inout) :: self
+    real(wp), intent(inout), contiguous, target :: right(:, :)
+    type(error_t), allocatable, intent(out) :: error
+
+    self%call%right = c_loc(right)
+    self%call%n_right = int(size(right, 2), c_int)
+    call call_mumps(self%entry, mumps_solve, self%call)
+    self%call%right = c_null_ptr
+    call report(self, error)
+  end subroutine solve
+
+  !> Give everything back.
+  subroutine clear(self)
+    class(sparse_factor_t), intent(inout) :: self
+    type(mumps_call_t) :: fresh
+
+    if (c_associated(self%call%instance)) call call_mumps(self%entry, mumps_end, self%call)
+    self%call = fresh
+    self%n_negative = 0
+    self%null_unknown = 0
+    self%megabytes = 0
+    self%n_entries = 0.0_wp
+    self%n_operations = 0.0_wp
+  end subroutine clear
+
+  subroutine end_factor(self)
+    type(sparse_factor_t), intent(inout) :: self
+
+    call self%clear()
+  end subroutine end_factor
+
+  !> Have MUMPS do a job on the matrix.
+  subroutine run(self, job, matrix, error)
+    type(sparse_factor_t), intent(inout) :: self
+    integer(c_int), intent(in) :: job
+    type(symmetric_matrix_t), intent(in), target :: matrix
+    type(error_t), allocatable, intent(out) :: error
+
+    self%call%n_entries = size(matrix%values, kind=c_int64_t)
+    self%call%rows = c_loc(matrix%rows)
+    self%call%columns = c_loc(matrix%columns)
+    self%call%values = c_loc(matrix%values)
+    call call_mumps(self%entry, job, self%call)
+    self%call%rows = c_null_ptr
+    self%call%columns = c_null_ptr
+    self%call%values = c_null_ptr
+    call report(self, error)
+  end subroutine run
+
+  !> What went wrong, in words.
+  subroutine report(self, error)
+    type(sparse_factor_t), intent(in) :: self
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: equations
+
+    associate (code => self%call%code)
+      if (code >= 0) return
+      equations = to_text(int(self%call%n))//" equations"
+      select case (code)
+      case (is_singular)
+        call fail(error, "the matrix of "//equations//" is singular: after "// &
+                  to_text(int(self%call%detail))//" pivots there is none left")
+      case (no_integers, no_memory)
+        call fail(error, "the system refuses the memory for the factors of "//equations// &
+                  ", about "//to_text(int(self%call%megabytes))//" MB")
+      case (short_of_integers, short_of_reals, short_in_solution, short_of_room)
+        call fail(error, "the factors of "//equations//" need more than "// &
+                  to_text(int(spare(size(spare))))//" % beyond the memory estimated, "// &
+                  to_text(int(self%call%megabytes))//" MB, for so many pivots are exchanged")
+      case (no_disk)
+        call fail(error, "the factors of "//equations//" cannot be written to the folder "// &
+                  "given for them")
+      case default
+        call fail(error, "MUMPS cannot solve "//equations//": its code is "// &
+                  to_text(int(code))//", "//to_text(int(self%call%detail)))
+      end select
+    end associate
+  end subroutine report
+
+end module sparse_factor
