@@ -8,6 +8,7 @@ module catalogue
   use user_case, only: user_case_t
   use contact_case, only: contact_case_t, search_case_t, die_case_t
   use channel_case, only: channel_case_t
+  use factor_case, only: factor_case_t
   implicit none
   private
 
@@ -29,6 +30,7 @@ contains
     call add_contacts(cases)
     call add_faces(cases)
     call add_channel(is_quick, cases)
+    call add_factors(cases)
   end subroutine all_cases
 
   subroutine add(cases, item)
@@ -249,6 +251,28 @@ contains
       end do
     end do
   end subroutine add_faces
+
+  !> Assembly and factors of a stiffness by its size.
+  subroutine add_factors(cases)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    integer, parameter :: edges(3) = [10, 30, 100]   ! elements
+    type(factor_case_t) :: item
+    integer :: i
+
+    item%per = "unknown"
+    item%is_serial = .true.
+    do i = 1, size(edges)
+      item%n_elements = edges(i)
+      item%is_long = edges(i) > 30
+      item%is_assembly = .true.
+      item%name = "assembly/"//to_text(edges(i)**2)
+      call add(cases, item)
+      item%is_assembly = .false.
+      item%most_repetitions = merge(3, 20, item%is_long)
+      item%name = "factor/"//to_text(edges(i)**2)
+      call add(cases, item)
+    end do
+  end subroutine add_factors
 
   !> Parts of the channel example, then all of its steps.
   subroutine add_channel(is_quick, cases)

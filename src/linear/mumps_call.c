@@ -62,7 +62,7 @@ static void take_facts(const DMUMPS_STRUC_C *m, call_t *call) {
     call->megabytes_on_disk = m->infog[26 - 1];
     call->n_factor_entries = m->infog[20 - 1] < 0 ? -1.0e6 * m->infog[20 - 1] : m->infog[20 - 1];
     call->n_operations = m->rinfog[1 - 1];
-  } else if (m->job == 2) {
+  } else if (m->job == 2 && call->code >= 0) {
     call->n_negative = m->infog[12 - 1];
     call->n_null = m->infog[28 - 1];
     call->null_unknown = call->n_null > 0 ? m->pivnul_list[0] : 0;
