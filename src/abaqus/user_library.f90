@@ -4,11 +4,11 @@ module user_library
   use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_funloc, c_null_funptr, c_ptr, &
                                          c_associated, c_double, c_f_procpointer, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use c_library, only: c_dlfunction
   use failure, only: error_t, fail
   use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
-  use system_files, only: load_library, open_own_folder, open_memory, close_file, path_of
+  use system_files, only: load_library, procedure_in, open_own_folder, open_memory, close_file, &
+                          path_of
   use text_file, only: read_whole_file, take_line
   use user_build, only: build_user_library, setting
   use user_sources, only: ending_of, uncalled_routines
@@ -132,14 +132,14 @@ contains
       call fail(error, "cannot load "//joined(library%files, ", ")//": "//why)
       return
     end if
-    library%umat = c_dlfunction(handle, c_text("umat_"))
-    library%vumat = c_dlfunction(handle, c_text("vumat_"))
-    library%sdvini = c_dlfunction(handle, c_text("sdvini_"))
-    library%usdfld = c_dlfunction(handle, c_text("usdfld_"))
-    library%vusdfld = c_dlfunction(handle, c_text("vusdfld_"))
-    library%uvarm = c_dlfunction(handle, c_text("uvarm_"))
-    library%uexternaldb = c_dlfunction(handle, c_text("uexternaldb_"))
-    library%vexternaldb = c_dlfunction(handle, c_text("vexternaldb_"))
+    library%umat = procedure_in(handle, "umat_")
+    library%vumat = procedure_in(handle, "vumat_")
+    library%sdvini = procedure_in(handle, "sdvini_")
+    library%usdfld = procedure_in(handle, "usdfld_")
+    library%vusdfld = procedure_in(handle, "vusdfld_")
+    library%uvarm = procedure_in(handle, "uvarm_")
+    library%uexternaldb = procedure_in(handle, "uexternaldb_")
+    library%vexternaldb = procedure_in(handle, "vexternaldb_")
   end subroutine open_library
 
   !> A subroutine of a library that is not loaded was called, which is an error of this program.

@@ -5,7 +5,7 @@ module c_library
   implicit none
   private
 
-  public :: c_exit, c_exit_now, c_signal, c_raise, c_free, c_strlen, c_dlsym, c_dlfunction
+  public :: c_exit, c_exit_now, c_signal, c_raise, c_free, c_strlen, c_dlsym
   public :: c_open, c_write, c_fopen, c_fileno, c_fclose, c_statx, c_mkdir, c_rename
 
   interface
@@ -52,13 +52,6 @@ module c_library
       type(c_ptr), value :: library
       character(kind=c_char), intent(in) :: symbol(*)
     end function c_dlsym
-
-    !> As `c_dlsym`, of a procedure.
-    type(c_funptr) function c_dlfunction(library, symbol) bind(C, name="dlsym")
-      import :: c_char, c_funptr, c_ptr
-      type(c_ptr), value :: library
-      character(kind=c_char), intent(in) :: symbol(*)
-    end function c_dlfunction
 
     !> Descriptor of a file that is there; negative if it cannot be opened.
     integer(c_int) function c_open(path, flags) bind(C, name="open")

@@ -3,8 +3,9 @@
 !! user alone are in a folder that nobody else can write to, reached through an open descriptor, so
 !! that nothing can be put in their place between the check and the use.
 module system_files
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int16_t, &
-                                         c_null_char, c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funptr, c_int, &
+                                         c_int16_t, c_null_char, c_null_funptr, c_null_ptr, &
+                                         c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   use c_library, only: c_dlsym, c_fclose, c_fileno, c_fopen, c_free, c_mkdir, c_rename, c_statx, &
                        c_strlen, c_open
@@ -18,7 +19,7 @@ module system_files
   public :: sync_file, replace_file, install_file, remove_file, make_folder, why_protected
   public :: fortran_text
   public :: program_folder, folder_above, folder_of, is_same_file, is_any_of_files, library_of
-  public :: load_library
+  public :: load_library, procedure_in
   public :: open_own_folder, open_own_file, open_memory, close_file, path_of, digest_of
   public :: keep_to_owner
 
@@ -208,6 +209,15 @@ contains
     words = c_dlerror()
     if (c_associated(words)) why = fortran_text(words)
   end subroutine load_library
+
+  !> A procedure of a loaded library; null if it has none of this name.
+  function procedure_in(library, name) result(address)
+    type(c_ptr), intent(in) :: library
+    character(*), intent(in) :: name
+    type(c_funptr) :: address
+
+    address = transfer(c_dlsym(library, name//c_null_char), c_null_funptr)
+  end function procedure_in
 
   function resolve(path) result(resolved)
     character(*), intent(in) :: path

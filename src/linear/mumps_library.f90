@@ -5,11 +5,9 @@
 !! What is in `mumps_call_t` is what `mumps_call.c` reads and writes.
 module mumps_library
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_procpointer, c_funptr, &
-                                         c_int, c_int64_t, c_null_char, c_null_funptr, &
-                                         c_null_ptr, c_ptr
-  use c_library, only: c_dlfunction
+                                         c_int, c_int64_t, c_null_funptr, c_null_ptr, c_ptr
   use failure, only: error_t, fail
-  use system_files, only: folder_above, load_library, program_folder
+  use system_files, only: folder_above, load_library, procedure_in, program_folder
   implicit none
   private
 
@@ -61,7 +59,7 @@ contains
       return
     end if
     call load_library(folder//"/"//file, handle, why)
-    if (c_associated(handle)) entry = c_dlfunction(handle, "igaform_mumps"//c_null_char)
+    if (c_associated(handle)) entry = procedure_in(handle, "igaform_mumps")
     if (.not. c_associated(entry)) &
       call fail(error, "the solver of static steps cannot be loaded: "//why)
   end subroutine find_mumps
