@@ -144,22 +144,24 @@ contains
   subroutine report(self, error)
     type(sparse_factor_t), intent(in) :: self
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: equations
+    character(:), allocatable :: equations, estimate
 
     associate (code => self%call%code)
       if (code >= 0) return
       equations = to_text(int(self%call%n))//" equations"
+      estimate = ""
+      if (self%call%megabytes > 0) estimate = ", about "//to_text(int(self%call%megabytes))//" MB"
       select case (code)
       case (is_singular)
         call fail(error, "the matrix of "//equations//" is singular: after "// &
                   to_text(int(self%call%detail))//" pivots there is none left")
       case (no_integers, no_memory)
         call fail(error, "the system refuses the memory for the factors of "//equations// &
-                  ", about "//to_text(int(self%call%megabytes))//" MB")
+                  estimate)
       case (short_of_integers, short_of_reals, short_in_solution, short_of_room)
         call fail(error, "the factors of "//equations//" need more than "// &
-                  to_text(int(spare(size(spare))))//" % beyond the memory estimated, "// &
-                  to_text(int(self%call%megabytes))//" MB, for so many pivots are exchanged")
+                  to_text(int(spare(size(spare))))//" % beyond the memory estimated"// &
+                  estimate//": so many pivots are exchanged")
       case (no_disk)
         call fail(error, "the factors of "//equations//" cannot be written to the folder "// &
                   "given for them")
