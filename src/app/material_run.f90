@@ -5,27 +5,23 @@
 module material_run
   use, intrinsic :: iso_c_binding, only: c_funloc
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use kinds, only: wp
   use failure, only: error_t
-  use input_errors, only: error_list_t, add_error, n_errors
+  use input_errors, only: error_list_t, n_errors
   use text, only: string_t, to_text
   use command_line, only: command_t
-  use scene, only: scene_t, material_spec_t, material_test_spec_t
+  use scene, only: scene_t, material_test_spec_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
-  use law_setup, only: build_law, refuse_call
-  use user_call, only: at_stop, forget_thread
-  use user_law, only: lacks_moduli, find_moduli, first_point_t
-  use material_point, only: material_point_t, new_point
+  use user_call, only: at_stop
   use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
   use error_report, only: report_errors
-  use material_test, only: test_problem, new_test_rows, fill_table, table_heads, stop_words, &
-                           fill_rows
+  use material_test, only: new_test_rows, fill_table, table_heads, stop_words, fill_rows
   use child_process, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of, &
-                           begin_rows, end_rows, is_ended, fork_process, has_ended, send_signal, &
-                           stop_signal, insist_on_end, pause_briefly, end_with_parent, end_process
-  use interrupt, only: watch_signals, stop_signal_name, is_stop_wanted, is_end_wanted
+                           begin_rows, end_rows, is_ended, end_process
+  use interrupt, only: watch_signals, stop_signal_name, is_stop_wanted
+  use test_process, only: begin_copy, wait_for_end, end_words
+  use test_laws, only: law_slot_t, make_laws
   use output_files, only: check_message_file, result_base, files_read, result_path, &
                           path_beside_result, open_message_file, close_message_file
   use hdf5_file, only: hdf5_file_t, create_file, place_file, give_up_file, close_file, flush_file, &
@@ -42,11 +38,6 @@ module material_run
   private
 
   public :: run_material_tests
-
-  !> The law of a test.
-  type :: law_slot_t
-    class(block_law_t), allocatable :: law
-  end type law_slot_t
 
 contains
 
@@ -71,97 +62,30 @@ contains
     if (n_errors(errors) > 0) then
       code = exit_input
     else if (command%is_check) then
-      call print_tests(scene)
-      code = exit_done
+      call print_tests(scene, slots, code)
     else
       code = run_accepted(command, scene, slots)
     end if
   end function run_material_tests
 
-  !> The law of each test, with its constants checked. Tests lie in the axes of the material, so
-  !! its *ORIENTATION, which says how it lies in a blank, does not matter here.
-  subroutine make_laws(scene, slots, errors, library)
+  !> What --check reports, with the tests whose law cannot be called.
+  subroutine print_tests(scene, slots, code)
     type(scene_t), intent(in) :: scene
-    type(law_slot_t), allocatable, intent(out) :: slots(:)
-    type(error_list_t), intent(inout) :: errors
-    type(user_library_t), intent(in), optional :: library   !! for *USER MATERIAL
-    real(wp), parameter :: short = 1.0e-9_wp                ! time of a first call, for the moduli
-    real(wp), parameter :: aligned(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
-    type(material_spec_t) :: material
-    character(:), allocatable :: reason
-    integer :: i, first
-
-    allocate (slots(size(scene%tests)))
-    do i = 1, size(scene%tests)
-      associate (test => scene%tests(i))
-        first = findloc(scene%tests%material == test%material .and. &
-                        (scene%tests%is_plane .eqv. test%is_plane), .true., 1)
-        if (first == i) then
-          material = scene%materials(test%material)
-          material%is_sheet = test%is_plane
-          if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
-          call build_law(material, slots(i)%law, errors, library, n_given(test))
-          if (allocated(slots(i)%law)) call ask_law(test, material, short, slots(i)%law, errors)
-        else if (allocated(slots(first)%law)) then
-          allocate (slots(i)%law, source=slots(first)%law)
-        end if
-        if (.not. allocated(slots(i)%law)) cycle
-        reason = test_problem(test, slots(i)%law)
-        if (reason /= "") call add_error(errors, test%origin, reason, "a law with plasticity")
-        associate (n => slots(i)%law%n_state - slots(i)%law%n_hidden - &
-                       scene%materials(test%material)%n_uvarm)
-          if (findloc(scene%tests%material, test%material, 1) == i .and. size(test%state) > n) &
-            call add_error(errors, test%state_origin, to_text(size(test%state))// &
-                           " state variables for ALL", to_text(n)//" at most, as material "// &
-                           scene%materials(test%material)%name//" has")
-        end associate
-      end associate
-    end do
-  end subroutine make_laws
-
-  !> Temperature and field variables that a test gives.
-  pure integer function n_given(test)
-    type(material_test_spec_t), intent(in) :: test
-
-    n_given = 0
-    if (allocated(test%fields)) n_given = size(test%fields)
-  end function n_given
-
-  !> Let a user's law without elastic moduli in the deck report them, at the start of a test.
-  subroutine ask_law(test, material, dt, law, errors)
-    type(material_test_spec_t), intent(in) :: test
-    type(material_spec_t), intent(in) :: material
-    real(wp), intent(in) :: dt
-    class(block_law_t), allocatable, intent(inout) :: law   !! freed where it has none
-    type(error_list_t), intent(inout) :: errors
-    type(first_point_t) :: first
-    type(material_point_t) :: point
-    type(error_t), allocatable :: error
-    real(wp) :: bulk, shear
-
-    if (.not. lacks_moduli(law)) return
-    point = new_point(law, test%state, test%fields, test%is_plane)
-    first%n_fields = size(test%fields)
-    first%fields(:first%n_fields) = test%fields
-    call find_moduli(law, dt, first, point%state, bulk, shear, error)
-    law%bulk = bulk
-    law%shear = shear
-    if (.not. allocated(error)) return
-    call refuse_call(material, error, errors)
-    deallocate (law)
-  end subroutine ask_law
-
-  !> What --check reports.
-  subroutine print_tests(scene)
-    type(scene_t), intent(in) :: scene
+    type(law_slot_t), intent(in) :: slots(:)
+    integer, intent(out) :: code
     integer :: i
 
+    code = exit_done
     do i = 1, size(scene%tests)
       associate (test => scene%tests(i))
         print "(a)", "test "//test%name//": "//test%kind//" of "// &
           scene%materials(test%material)%name
+        if (.not. allocated(slots(i)%failure)) cycle
+        call say(test%name, slots(i)%failure)
+        code = exit_numerics
       end associate
     end do
+    if (any(slots%is_refused)) code = exit_files
   end subroutine print_tests
 
   !> All tests of an accepted deck, one after the other; one that fails does not stop the rest, a
@@ -364,18 +288,15 @@ contains
     logical :: is_going_on
     integer :: i, process, code
 
-    is_refused = .false.
+    is_refused = any(slots%is_refused)
     is_going_on = .false.
     i = 1
     do while (i <= size(tests) .and. .not. is_stop_wanted())
       process = -1
       call begin_rows(rows(i))
-      if (slots(i)%law%needs_context) then
-        call flush_units()    ! else both processes would write what waits there
-        process = fork_process()
-      end if
+      if (slots(i)%law%needs_context) process = begin_copy()
       if (process < 0) then
-        call fill_rows(tests(i), slots(i)%law, rows(i))
+        call carry_out(tests(i), slots(i), rows(i))
       else if (process == 0) then
         call open_message_file(messages, is_going_on)
         call go_on(tests(i:), slots(i:), rows(i:))
@@ -391,31 +312,11 @@ contains
         end do
         if (is_stop_wanted() .and. .not. is_begun(rows(i))) return
         is_refused = is_refused .or. code == exit_files
-        call end_rows(rows(i), end_words(code), "")
+        call end_rows(rows(i), end_words(code)//"; the rows up to there are kept", "")
       end if
       i = i + 1
     end do
   end subroutine perform_tests
-
-  !> Wait for the end of the other process, which is asked to stop where a signal says so.
-  subroutine wait_for_end(process, code)
-    integer, intent(in) :: process
-    integer, intent(out) :: code
-    logical :: is_asked
-    integer :: n_asked
-
-    is_asked = .false.
-    n_asked = 0
-    do while (.not. has_ended(process, code))
-      if (is_end_wanted()) then
-        call insist_on_end(process, n_asked)
-      else if (is_stop_wanted() .and. .not. is_asked) then
-        is_asked = .true.
-        call send_signal(process, stop_signal)
-      end if
-      call pause_briefly()
-    end do
-  end subroutine wait_for_end
 
   !> In the other process: these tests, with what the subroutines keep from one to the next.
   subroutine go_on(tests, slots, rows)
@@ -424,43 +325,26 @@ contains
     type(shared_rows_t), intent(inout) :: rows(:)
     integer :: i
 
-    call end_with_parent()
-    call forget_thread()
     call watch_signals(c_funloc(at_stop), waits_for_others=.false.)
     do i = 1, size(tests)
       if (is_stop_wanted() .and. i > 1) exit
-      call fill_rows(tests(i), slots(i)%law, rows(i))
+      call carry_out(tests(i), slots(i), rows(i))
     end do
     call end_process()
   end subroutine go_on
 
-  !> How a test ended that has not reported its end.
-  function end_words(code) result(words)
-    integer, intent(in) :: code    !! exit code, or 128 and the number of the signal
-    character(:), allocatable :: words
+  !> One test, which has failed already where its law cannot be called.
+  subroutine carry_out(test, slot, rows)
+    type(material_test_spec_t), intent(in) :: test
+    type(law_slot_t), intent(in) :: slot
+    type(shared_rows_t), intent(inout) :: rows
 
-    if (is_stop_wanted() .and. (code >= 128 .or. code == exit_interrupted)) then
-      words = stop_words//" inside the user's subroutine"
-    else if (code >= 128) then
-      words = "the user's subroutine was ended by signal "//to_text(code - 128)
-    else if (code == exit_files) then
-      words = "the system refused memory (see above)"
+    if (allocated(slot%failure)) then
+      call begin_rows(rows)
+      call end_rows(rows, slot%failure, "")
     else
-      words = "the user's subroutine ended it (reported above)"
+      call fill_rows(test, slot%law, rows)
     end if
-    words = words//"; the rows up to there are kept"
-  end function end_words
-
-  !> Write what waits in the units that are open.
-  subroutine flush_units()
-    integer, parameter :: last = 200   ! NEWUNIT gives negative numbers, which are not searched
-    integer :: unit
-    logical :: is_open
-
-    do unit = 0, last
-      inquire (unit=unit, opened=is_open)
-      if (is_open) flush (unit)
-    end do
-  end subroutine flush_units
+  end subroutine carry_out
 
 end module material_run

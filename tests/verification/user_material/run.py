@@ -187,6 +187,34 @@ def material_tests_outlive_user_code(bench):
     assert not (bench.folder / "fort.7").exists()
 
 
+def first_calls_end_only_their_tests(bench):
+    """A law that ends in its first call fails the tests of its material, and no other ones."""
+    text = ""
+    for name, constants in (("stops", "-1"), ("crashes", "-2"), ("sound", "210000")):
+        text += f"*MATERIAL, NAME={name}\n*DENSITY\n7.85e-9\n{user(constants)}\n"
+    for name in ("stops", "sound", "crashes", "stops"):
+        text += (f"*MATERIAL TEST, NAME={name} {text.count('TEST')}, MATERIAL={name}, "
+                 "TYPE=UNIAXIAL, INCREMENTS=10\n0.001\n")
+    source = bench.folder / "first.F"
+    law = (FILES / "misbehaves.F").read_text()
+    source.write_text(law.replace("#define", "      IF (PROPS(1).EQ.-1.D0) CALL XIT\n"
+                                  "      NOWHERE=8\n      IF (PROPS(1).EQ.-2.D0) WALL=1.D0\n"
+                                  "#define", 1))
+    path = bench.run(text, source, command=["material"], code=2)
+    bench.says("XIT", "segmentation fault", "element 1, point 1")
+    with h5py.File(path) as file:
+        for name in ("stops 0", "crashes 2", "stops 3"):
+            bench.says(f"error: test {name}: ")
+            assert len(file["tests"][name]["time"]) == 0, name
+            assert file["tests"][name].attrs["status"] in ("failed", b"failed"), name
+        assert len(file["tests/sound 1/time"]) == 11
+        assert file["tests/sound 1"].attrs["status"] in ("completed", b"completed")
+    path.unlink()
+    bench.run(text, source, command=["material"], options=["--check"], code=2)
+    bench.says("error: test stops 0: ")
+    assert "error: test sound" not in bench.said and not path.exists(), bench.said
+
+
 def end_by_two_signals(bench, *commands):
     """What programs say at a signal and a second one that hang in a subroutine, and their codes."""
     runs = [subprocess.Popen([bench.igaform, *command, "--user", FILES / "misbehaves.F",
@@ -393,7 +421,8 @@ CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
           shared_data_run_in_order, states_start_as_told,
           failures_name_element_and_point, all_threads_may_fail_at_once,
           endless_loops_end_at_a_second_signal, signals_stop_material_tests,
-          material_tests_outlive_user_code, faults_are_told, files_from_elsewhere,
+          material_tests_outlive_user_code, first_calls_end_only_their_tests,
+          faults_are_told, files_from_elsewhere,
           files_read_are_never_written, material_tests_know_names_and_starts,
           laws_that_never_yield_have_no_r_values, keeping.libraries_are_kept_and_renewed,
           keeping.planted_libraries_are_not_loaded, keeping.checks_call_nothing,
