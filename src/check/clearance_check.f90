@@ -21,6 +21,7 @@ module clearance_check
 
   real(wp), parameter :: least_room = 0.9_wp  !! of the thickness, that is no mistake
   real(wp), parameter :: facing = 0.5_wp      !! cosine between surfaces that face each other
+  real(wp), parameter :: squeezed = 1.0e-3_wp !! closed by more, of the thickness: on purpose
   real(wp), parameter :: deep = 3.0_wp        !! overlap beyond it, of the thickness: another side
   real(wp), parameter :: sideways = 0.8_wp    !! part of a stroke: where more of it is too much ...
   real(wp), parameter :: head_on = 0.9_wp     !! ... and this cosine is smaller, it is not too long
@@ -39,6 +40,7 @@ module clearance_check
     real(wp) :: excess = 0.0_wp               !! how far it moves on, after the clearance was the
                                               !! thickness; 0: along the other tool [length]
     real(wp) :: slope = 1.0_wp                !! cosine of that way and the normal
+    real(wp) :: squeeze = 0.0_wp              !! closer than the thickness and the start [length]
   end type tightest_t
 
   !> A point of one tool, and its distance from the other when it was last searched.
@@ -58,18 +60,21 @@ module clearance_check
 
 contains
 
-  !> Warn of each pair of tools that prescribed motions bring too close.
-  subroutine check_clearance(scene, model, encounters, thickness, errors)
+  !> Warn of each pair of tools that prescribed motions bring too close. `is_squeezed`: some tools
+  !! close on the sheet from both sides, if only a little.
+  subroutine check_clearance(scene, model, encounters, thickness, errors, is_squeezed)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(encounter_t), intent(in) :: encounters(:)
     real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
+    logical, intent(out), optional :: is_squeezed
     type(sheet_target_t) :: target
     type(tightest_t) :: tightest
     real(wp) :: period(2)
     integer :: i, j
 
+    if (present(is_squeezed)) is_squeezed = .false.
     do i = 1, size(encounters)
       do j = 1, size(encounters)
         if (.not. can_meet(scene, encounters, i, j)) cycle
@@ -83,6 +88,8 @@ contains
           call find_tightest(tools(a%tool), a%path, tools(b%tool), b%path, period, target, tightest)
           if (tightest%clearance < least_room*thickness) &
             call report(scene, a, b, tightest, thickness, errors)
+          if (present(is_squeezed)) &
+            is_squeezed = is_squeezed .or. tightest%squeeze > squeezed*thickness
         end associate
       end do
     end do
@@ -134,7 +141,7 @@ contains
     type(frame_t) :: frames(2)
     type(tightest_t) :: at_start
     real(wp), allocatable :: breaks(:)
-    real(wp) :: least
+    real(wp) :: least, squeeze
 
     meeting%tools(1) = tool_a
     meeting%tools(2) = tool_b
@@ -150,11 +157,13 @@ contains
     end do
     if (tightest%clearance >= huge(1.0_wp)) return
     if (tightest%clearance > 0.0_wp) call refine(meeting, target, tightest)
+    squeeze = min(at_start%clearance, target%thickness) - tightest%clearance
     if (tightest%clearance > at_start%clearance - (1.0_wp - least_room)*target%thickness) then
       tightest = tightest_t()
     else
       call find_excess(meeting, period, target%thickness, tightest)
     end if
+    tightest%squeeze = squeeze
   end subroutine find_tightest
 
   !> Points of a tool that come above a flat blank; of all of the tool where it turns.
@@ -400,7 +409,8 @@ contains
                  "places"
     else if (tightest%excess > 0.0_wp) then
       found = found//": the stroke is too long by "//rounded_text(tightest%excess)
-      expected = "a stroke that ends where the clearance is the thickness"
+      expected = "a stroke that ends where the clearance is the thickness, unless it is to "// &
+                 "squeeze the sheet"
       frame = position_at(a%path, tightest%time)
       do k = 1, size(scene%motions)
         if (scene%motions(k)%tool == mover .and. scene%motions(k)%step <= frame%step) &

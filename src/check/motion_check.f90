@@ -23,10 +23,11 @@ contains
 
   !> Warn of strokes of another size than the blank, as from a velocity that is given as a
   !! displacement, or from another unit.
-  subroutine check_travels(scene, model, thickness, errors)
+  subroutine check_travels(scene, model, thickness, is_squeezed, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     real(wp), intent(in) :: thickness         !! of the blank [length]
+    logical, intent(in) :: is_squeezed        !! between tools, by strokes that are short therefore
     type(error_list_t), intent(inout) :: errors
     real(wp) :: way(size(scene%tools)), sizes(3)
     integer :: t, k
@@ -40,7 +41,7 @@ contains
         rounded_text(way(t))//" in all, where the blank is "//rounded_text(maxval(sizes))// &
         " long", "a stroke of the size of the blank; "//words_for(scene, k))
     end do
-    if (size(way) == 0 .or. any(scene%motions%is_rotation)) return
+    if (size(way) == 0 .or. is_squeezed .or. any(scene%motions%is_rotation)) return
     if (.not. is_formed_by_strokes(scene)) return
     ! A block that is not thin may be pressed by less than its height.
     if (maxval(sizes) < thin*thickness) return

@@ -36,11 +36,13 @@ contains
     type(string_t), allocatable, intent(out) :: lines(:)
     type(encounter_t), allocatable :: encounters(:)
     real(wp) :: thickness
+    logical :: is_read, is_squeezed
     integer :: t
 
     thickness = sheet_thickness(scene%blank)
     call check_units(scene, thickness, errors)
-    if (n_errors(errors) == 0) then
+    is_read = n_errors(errors) == 0
+    if (is_read) then
       call check_motion(scene, errors)
       call check_friction(scene, errors)
       call check_loads(scene, errors)
@@ -48,7 +50,6 @@ contains
       call check_supports(scene, errors)
       call check_release(scene, model, thickness, errors)
       call check_strokes(scene, model, thickness, errors)
-      call check_travels(scene, model, thickness, errors)
       call check_removals(scene, errors)
     end if
     do t = 1, size(scene%tools)
@@ -57,7 +58,8 @@ contains
     encounters = encounters_of(scene, model, thickness)
     call check_symmetry(scene, model, encounters, thickness, errors)
     call check_reach(scene, model, encounters, thickness, errors)
-    call check_clearance(scene, model, encounters, thickness, errors)
+    call check_clearance(scene, model, encounters, thickness, errors, is_squeezed)
+    if (is_read) call check_travels(scene, model, thickness, is_squeezed, errors)
     call check_bends(scene, model, encounters, thickness, errors)
     call check_forces(scene, model, encounters, thickness, errors)
     call check_amounts(scene, model, encounters, thickness, errors)
