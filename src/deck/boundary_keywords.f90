@@ -45,7 +45,7 @@ contains
           scene%boundaries(n)%curve = curve
           scene%boundaries(n)%first_step = step
           scene%boundaries(n)%origin = line_origin(deck, record, line)
-          call read_components(record, line, scene%boundaries(n), errors)
+          call read_components(record, line, scene%blank%is_shell, scene%boundaries(n), errors)
           if (any(abs(scene%boundaries(n)%velocity) > 0.0_wp)) &
             call check_type(option_text(record, "TYPE"), scene%boundaries(n), errors)
           call find_set(context, field_word(record, line, 1), &
@@ -73,9 +73,10 @@ contains
   end subroutine check_type
 
   !> Which components a line prescribes, by number or by one of the names of Abaqus.
-  subroutine read_components(record, line, boundary, errors)
+  subroutine read_components(record, line, is_shell, boundary, errors)
     type(record_t), intent(in) :: record
     integer, intent(in) :: line
+    logical, intent(in) :: is_shell
     type(boundary_spec_t), intent(inout) :: boundary
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: word
@@ -87,6 +88,11 @@ contains
     if (is_number) then
       last = first
       if (is_filled(record, line, 3)) last = field_integer(record, line, 3)
+      if (first >= 1 .and. first <= last .and. any(last == [4, 5, 6])) then
+        if (last > first) word = word//", "//to_text(last)
+        call refuse_rotations(word, is_shell, boundary, errors)
+        return
+      end if
       is_number = first >= 1 .and. last <= 3 .and. first <= last
       if (is_number) boundary%is_prescribed(first:last) = .true.
     else
@@ -105,6 +111,25 @@ contains
                      "first and last, or one of XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE alone")
     end if
   end subroutine read_components
+
+  !> Components 4 to 6, which nodes of shells have in other programs.
+  subroutine refuse_rotations(word, is_shell, boundary, errors)
+    character(*), intent(in) :: word               !! the components as given
+    logical, intent(in) :: is_shell
+    type(boundary_spec_t), intent(in) :: boundary
+    type(error_list_t), intent(inout) :: errors
+
+    if (is_shell) then
+      call add_error(errors, boundary%origin, "`"//word//"` for the components: 4 to 6 are "// &
+                     "rotations, which these shells do not have", "ENCASTRE alone for a "// &
+                     "clamped edge; XSYMM, YSYMM or ZSYMM alone for an edge that keeps its "// &
+                     "slope in a plane of symmetry; PINNED or components from 1 to 3 for a hinge")
+    else
+      call add_error(errors, boundary%origin, "`"//word//"` for the components: 4 to 6 are "// &
+                     "rotations, which solids do not have", "components from 1 to 3; a face of "// &
+                     "which all points are held does not rotate")
+    end if
+  end subroutine refuse_rotations
 
   !> Fill the list of loads, one for each data line of these keywords.
   subroutine read_loads(deck, context, scene, errors)
