@@ -1,7 +1,7 @@
 """Records that igaform_bench has written, and the share of the machine's bound that they reach."""
 import json
 
-from post.results import ResultsError
+from post.results import ResultsError, counted
 
 # Numbers that are null where they are not known; each record has name, threads, ns and spread.
 OTHERS = ("median", "repetitions", "ns_per_point", "flops", "bytes", "working_set", "memory_ratio")
@@ -27,8 +27,8 @@ def read(path):
     for threads in sorted({record["threads"] for record in records}):
         if not (find(records, "machine/multiply_add", threads)
                 and len(triads_of(records, threads)) >= 2):
-            raise ResultsError(f"'{path}' holds no measurement of the machine with {threads} "
-                               "threads")
+            raise ResultsError(f"'{path}' holds no measurement of the machine with "
+                               f"{counted(threads, 'thread')}")
     return [{"per": "", **dict.fromkeys(OTHERS), **record} for record in records]
 
 

@@ -2,6 +2,7 @@
 import math
 
 from post.bench_records import find, share_of_bound
+from post.results import counted
 
 
 def record_table(records):
@@ -38,7 +39,7 @@ def comparison_table(now, before):
         lines.append(f"{record['name']:44.44}{record['threads']:7}{ratio:9.3f} +-{spread:6.3f}  "
                      f"{judgement(ratio, spread)}".rstrip())
     if n_alone > 0:
-        lines.append(f"{n_alone} records are new")
+        lines.append(counted(n_alone, "record is new", "records are new"))
     return "\n".join(lines)
 
 

@@ -4,6 +4,7 @@ run, which hold for any processor.
 from typing import NamedTuple
 
 from post.bench_records import chosen, find, share_of_bound
+from post.results import counted
 
 # Parts of the bound that the force routine with von Mises and Voce reaches on one thread.
 SHARES = {"3x3x3": 0.72, "2x2x3": 0.70, "2x2x2": 0.66}
@@ -91,7 +92,7 @@ def of_step(records):
         step, blank = (find(records, name, threads)
                        for name in ("step/channel", "step/channel/blank"))
         if step and blank:
-            yield at_most(f"step/channel, {threads} threads, over elements",
+            yield at_most(f"step/channel, {counted(threads, 'thread')}, over elements",
                           step["ns"] / blank["ns"], STEP_OVER_BLANK)
 
 
@@ -111,7 +112,7 @@ def of_weights(records):
             above = find(records, stem + "rational/default", threads)
             below = find(records, stem + "plain/default", threads)
             if above and below:
-                yield at_most(f"{above['name']}, {threads} threads, over plain",
+                yield at_most(f"{above['name']}, {counted(threads, 'thread')}, over plain",
                               above["ns"] / below["ns"], OVER_PLAIN)
 
 

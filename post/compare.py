@@ -8,7 +8,7 @@ import os
 
 import numpy as np
 
-from post.results import Results, ResultsError
+from post.results import Results, ResultsError, counted
 from post.section import Section
 from post.style import BLANK, plt, save
 
@@ -97,7 +97,7 @@ class Strip(Sheet):
     def __init__(self, results):
         if len(results.tools) != 2:
             raise ResultsError("the comparison needs a result with two dies, this one has "
-                               f"{len(results.tools)} tools")
+                               f"{counted(len(results.tools), 'tool')}")
         lower, upper = (results.tool_history(t, "displacement") for t in results.tools)
         self.closing = np.linalg.norm(lower - upper, axis=1)
         if self.closing[-1] < LEAST_CLOSING:

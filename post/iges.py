@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from post.iges_file import UNITS, Surface, write_iges
-from post.results import ResultsError, open_results, text_of
+from post.results import ResultsError, counted, open_results, text_of
 from post.start import add_deck_arguments, start_of_deck
 
 FACES = ("XI_MIN", "XI_MAX", "ETA_MIN", "ETA_MAX", "ZETA_MIN", "ZETA_MAX")
@@ -45,7 +45,7 @@ def run(arguments):
         raise ResultsError(f"'{path}' is the file to read")
     write_iges(path, surfaces, unit, f"igaform {shapes.version}")
     if not arguments.quiet:
-        print(f"{path}: {len(surfaces)} surfaces in {unit}")
+        print(f"{path}: {counted(len(surfaces), 'surface')} in {unit}")
     return 0
 
 

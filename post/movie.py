@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from post.picture import add_common_arguments, finished, images_of, new_job
-from post.results import Results, ResultsError
+from post.results import Results, ResultsError, counted
 from post.style import SHADED, plt, with_palette
 
 LARGEST = 1000, 700      # pixels of the scene
@@ -39,7 +39,7 @@ def run(arguments):
             pictures = [pixels(finished(results, job, content, image))
                         for content, image in zip(contents, images)]
     write(pictures, out, arguments.fps)
-    print(f"film written: {out}, {len(pictures)} frames")
+    print(f"film written: {out}, {counted(len(pictures), 'frame')}")
     return 0
 
 

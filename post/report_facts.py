@@ -6,7 +6,7 @@ import numpy as np
 
 from post import model
 from post.force import Part, stroke_and_force
-from post.results import text_of
+from post.results import counted, text_of
 from post.steps import steps_of
 
 LONGEST_DECK = 200_000   # characters of a deck that is shown whole
@@ -74,11 +74,12 @@ def set_up(results):
                       f"({provenance(results, 'git_commit')}), {provenance(results, 'compiler')}")
     yield "started", provenance(results, "start_time")
     yield "time of the run", (f"{file['timings/wall_seconds'][()]:.4g} s, "
-                              f"{file['provenance/threads'][()]} threads")
-    yield "blank", (f"{sum(int(np.prod(patch.n_elements)) for patch in results.patches)} elements "
-                    f"of degree {', '.join(sorted(degrees))} in {len(results.patches)} patch"
-                    f"{'es' if len(results.patches) > 1 else ''}, {control_points(results)} "
-                    f"control points, mass {file['provenance/blank_mass'][()]:.4g} "
+                              f"{counted(file['provenance/threads'][()], 'thread')}")
+    n_elements = sum(int(np.prod(patch.n_elements)) for patch in results.patches)
+    yield "blank", (f"{counted(n_elements, 'element')} of degree {', '.join(sorted(degrees))} in "
+                    f"{counted(len(results.patches), 'patch', 'patches')}, "
+                    f"{control_points(results)} control points, "
+                    f"mass {file['provenance/blank_mass'][()]:.4g} "
                     f"{results.unit('provenance/blank_mass')}")
     yield "part", Part(results).text
     yield "effects", ", ".join(file["timings/effects"])

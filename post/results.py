@@ -214,5 +214,10 @@ class Patch:
         return cells.evaluate_grid(values, weights, (zeta, eta, xi), self.degree)
 
 
+def counted(n, noun, nouns=None):
+    """A count with its noun, such as `1 frame` or `2 frames`."""
+    return f"{n} {noun if n == 1 else nouns or noun + 's'}"
+
+
 def text_of(value):
     return value.decode() if isinstance(value, bytes) else str(value)

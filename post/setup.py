@@ -12,7 +12,7 @@ from post.deck import same
 from post.drives import (coarse_sheet, coarse_tool, drives_of, first_drive, time_of,
                          way_to_contact)
 from post.picture import add_size_argument
-from post.results import Results, ResultsError, text_of
+from post.results import Results, ResultsError, counted, text_of
 from post.scene import Scene
 from post.setup_page import page
 from post.setup_picture import draw
@@ -175,7 +175,7 @@ def run_words(report, n):
 def blank_words(results, points, length):
     """Size and mesh of the blank."""
     n = sum(int(np.prod(patch.n_elements)) for patch in results.patches)
-    mesh = f"{n} elements of degree {results.patches[0].degree}"
+    mesh = f"{counted(n, 'element')} of degree {results.patches[0].degree}"
     if len(results.patches) > 1:
         mesh += f", {len(results.patches)} patches"
     return [size_text(points, length), mesh]

@@ -12,7 +12,7 @@ import time
 
 import h5py
 
-from post.results import ResultsError, text_of
+from post.results import ResultsError, counted, text_of
 
 STEP = re.compile(r"^step +(\d+)  time +(\S+) \( *(\S+) %\)  dt +(\S+)  energy error +(\S+)"
                   r"(?:  left (\S+))?(?: +((?:in )?step \d+ of \d+ .*))?")
@@ -122,7 +122,7 @@ def lines(path, shown, is_alive):
     if status == "running" and not is_alive:
         status = "ended by an " + shown["error"] if "error" in shown else \
             "ended without a word (killed?)"
-    yield f"{path}: {status}, {shown.get('frames', 0)} frames"
+    yield f"{path}: {status}, {counted(shown.get('frames', 0), 'frame')}"
     units = shown.get("units", {})
     if "share" in shown:
         is_known = shown["share"] != "--"    # of a relaxation not from the start

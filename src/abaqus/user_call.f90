@@ -6,7 +6,7 @@ module user_call
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_size_t
   use kinds, only: wp
-  use text, only: upper_case, to_text, joined, strings
+  use text, only: upper_case, to_text, joined, strings, counted
   use block_law, only: block_law_t, search_in_context
   use plane_stress, only: in_sheet
   use user_sheet, only: angle_in_sheet, find_axes, turn_into_axes, turn_out_of_axes
@@ -411,9 +411,9 @@ contains
 
     if (are_zero(n_points*n_spare/8, spare)) return
     i = n_statv + (findloc(abs(spare) <= 0.0_wp, .false., 1, back=.true.) - 1)/n_points + 1
-    given = "but *DEPVAR gives "//to_text(n_statv)
+    given = "but *DEPVAR gives "//counted(n_statv, "state variable")
     if (n_statv == 0) given = "but without *DEPVAR, which gives 0"
-    call end_user_run("writes "//name//to_text(i)//"), "//given//" state variables: it must "// &
+    call end_user_run("writes "//name//to_text(i)//"), "//given//": it must "// &
                       "give as many as the subroutine writes, "//to_text(i)//" or more")
   end subroutine check_spare_states
 

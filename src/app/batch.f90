@@ -2,7 +2,7 @@
 module batch
   use, intrinsic :: iso_c_binding, only: c_null_funptr
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use text, only: string_t, to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text, counted
   use failure, only: error_t, fail
   use input_errors, only: error_list_t
   use scene, only: scene_t
@@ -66,7 +66,7 @@ contains
     call read_batch(command%deck, runs, error)
     if (.not. allocated(error)) then
       if (command%only > size(runs)) call fail(error, "--only "//to_text(command%only)// &
-                                               ": the batch has "//to_text(size(runs))//" runs")
+                                               ": the batch has "//counted(size(runs), "run"))
     end if
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: "//error%message
@@ -382,7 +382,7 @@ contains
                                             "interrupted", "running", "due"]
     integer :: k, i, n
 
-    words = to_text(size(outcomes))//" runs"
+    words = counted(size(outcomes), "run")
     do k = 1, size(kinds)
       n = 0
       do i = 1, size(outcomes)

@@ -8,7 +8,7 @@
 !! resists torsion.
 module check_report
   use kinds, only: wp
-  use text, only: string_t, to_text, rounded_text, place_text, append_text
+  use text, only: string_t, to_text, rounded_text, place_text, append_text, counted
   use element, only: element_t
   use shell_joints, only: joint_words
   use blank, only: n_elements_of, mass_of, blank_t
@@ -69,10 +69,10 @@ contains
         deallocate (lines)
       end do
       if (size(blank%parts) > 1) print "(a)", "all patches      "// &
-        to_text(n_elements_of(blank%parts))//" elements"
+        counted(n_elements_of(blank%parts), "element")
       if (blank%seams%n_groups > 0) print "(a)", "seams            "// &
-        to_text(size(blank%seams%point))//" control points at "// &
-        to_text(blank%seams%n_groups)//" locations"
+        counted(size(blank%seams%point), "control point")//" at "// &
+        counted(blank%seams%n_groups, "location")
       if (joint_words(blank%joints) /= "") print "(a)", "joints           "// &
         joint_words(blank%joints)
       print "(a)", "mass             "//rounded_text(model%width_ratio*mass_of(blank%parts))

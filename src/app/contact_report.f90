@@ -1,7 +1,7 @@
 !> What the log reports of contact at the end of a run.
 module contact_report
   use kinds, only: wp
-  use text, only: to_text, rounded_text, place_text
+  use text, only: to_text, rounded_text, place_text, counted
   use run_log, only: run_log_t, log_line
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use start_gaps, only: face_gaps
@@ -86,12 +86,12 @@ contains
     do i = 1, size(pairs)
       associate (s => pairs(i)%pair%pair%statistics)
         call log_line(log, pairs(i)%pair%name//": "//to_text(s%n_tested)//" of "// &
-                      to_text(s%n_points)//" points tested, "// &
+                      counted(s%n_points, "point")//" tested, "// &
                       percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)), 3)// &
                       " culled, "// &
                       rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
                       " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
-                      to_text(s%n_fallbacks)//" fallback searches, "// &
+                      counted(s%n_fallbacks, "fallback search", "fallback searches")//", "// &
                       to_text(s%n_failures)//" failed")
       end associate
     end do

@@ -6,7 +6,7 @@ module deck_run
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads, omp_set_dynamic
   use failure, only: error_t
   use input_errors, only: error_list_t, n_errors
-  use text, only: string_t, to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text, counted
   use command_line, only: command_t
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
                         status_of
@@ -347,12 +347,12 @@ contains
 
     associate (blank => model%bodies%blank)
       call log_line(log, "blank      "//blank%name//", "// &
-                    to_text(n_elements_of(blank%parts))//" elements, "// &
-                    to_text(n_controls_of(blank%parts))//" control points, mass "// &
+                    counted(n_elements_of(blank%parts), "element")//", "// &
+                    counted(n_controls_of(blank%parts), "control point")//", mass "// &
                     rounded_text(model%width_ratio*mass_of(blank%parts)))
       if (size(blank%parts) > 1 .or. blank%seams%n_groups > 0) &
         call log_line(log, "patches    "//to_text(size(blank%parts))//", joined in "// &
-                      to_text(blank%seams%n_groups)//" control points")
+                      counted(blank%seams%n_groups, "control point"))
       if (joint_words(blank%joints) /= "") &
         call log_line(log, "joints     "//joint_words(blank%joints))
       if (model%width_ratio > 1.0_wp) &

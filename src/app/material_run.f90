@@ -7,7 +7,7 @@ module material_run
   use, intrinsic :: iso_fortran_env, only: error_unit
   use failure, only: error_t
   use input_errors, only: error_list_t, n_errors
-  use text, only: string_t, to_text
+  use text, only: string_t, to_text, counted
   use command_line, only: command_t
   use scene, only: scene_t, material_test_spec_t
   use block_law, only: block_law_t
@@ -227,8 +227,8 @@ contains
       call record(scene, i, file, table, units, status_of(code_of(rows)))
       call write_csv(table, path, units, error, table_heads())
       if (.not. (is_quiet .or. allocated(error))) then
-        print "(a)", "test "//test%name//": "//test%kind//", "//to_text(n_rows(table))// &
-          " rows in "//path
+        print "(a)", "test "//test%name//": "//test%kind//", "//counted(n_rows(table), "row")// &
+          " in "//path
       end if
       if (failure /= "") call say(test%name, failure)
       if (allocated(error)) call say(test%name, error%message)

@@ -7,7 +7,7 @@ module return_study
   use kinds, only: wp
   use failure, only: error_t, fail
   use input_errors, only: error_list_t, add_error, n_errors, origin_t, new_origin
-  use text, only: to_text, rounded_text
+  use text, only: to_text, rounded_text, counted
   use command_line, only: command_t
   use scene, only: scene_t, material_spec_t
   use block_law, only: block_law_t
@@ -118,7 +118,7 @@ contains
     integer :: i, k
 
     print "(a)", "material "//name//": error of the stress after curved paths of "// &
-      to_text(path_length)//" strain, mean of "//to_text(n_points)//" points,"
+      to_text(path_length)//" strain, mean of "//counted(n_points, "point")//","
     print "(a)", "against increments of "//rounded_text(finest)//" extrapolated to zero; "// &
       "ns per point and increment, of this run"
     print "(a,4(es12.0,a))", "increment     ", (increments(i), "      ns", i=1, size(increments))
@@ -133,8 +133,7 @@ contains
     character(14) :: name
 
     name = "backward Euler"
-    if (n_stages > 0) name = to_text(n_stages)//" stages"
-    if (n_stages == 1) name = "1 stage"
+    if (n_stages > 0) name = counted(n_stages, "stage")
   end function return_name
 
   subroutine write_table(path, units, deviations, seconds, error)

@@ -14,7 +14,7 @@ module run_forecast
   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_set_num_threads
   use kinds, only: wp
   use failure, only: error_t
-  use text, only: string_t, to_text, rounded_text, append_text
+  use text, only: string_t, rounded_text, append_text, counted
   use contact, only: schedule_tests
   use contact_effect, only: contact_view_t, contact_pairs
   use tool_mesh, only: n_mesh_points
@@ -155,7 +155,7 @@ contains
     call append_text(lines, "run time         about "//rounded_text(forecast%seconds)// &
                             " s of processor time, "// &
                             rounded_text(forecast%seconds/forecast%n_threads)//" s on "// &
-                            to_text(forecast%n_threads)//" idle cores")
+                            counted(forecast%n_threads, "idle core"))
     if (forecast%at_most > telling*forecast%at_least) &
       call append_text(lines, "                 "//rounded_text(forecast%at_least)// &
                               " s if no point flows, "//rounded_text(forecast%at_most)// &

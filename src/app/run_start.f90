@@ -1,6 +1,6 @@
 !> From an accepted model to a run that can begin, or continue from a checkpoint.
 module run_start
-  use text, only: string_t, to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text, counted
   use failure, only: error_t, fail
   use timer, only: add_watch
   use build_info, only: version, git_commit
@@ -96,7 +96,7 @@ contains
       to_text(saver%every_steps)//": the steps after a state verify it first)"
     if (saver%every_seconds > 0) words = words//", every "// &
       rounded_text(saver%every_seconds/60)//" minutes"
-    if (saver%number > 0) words = words//", "//to_text(saver%number)//" times"
+    if (saver%number > 0) words = words//", "//counted(saver%number, "time")
     words = "saves      "//saver%path//": on signals and failures"//words
     if (.not. saver%is_lasting) words = words//"; deleted when the run is complete"
   end function saving_words

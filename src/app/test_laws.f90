@@ -3,7 +3,7 @@ module test_laws
   use kinds, only: wp
   use failure, only: error_t, fail
   use input_errors, only: error_list_t, add_error
-  use text, only: to_text
+  use text, only: to_text, counted
   use scene, only: scene_t, material_spec_t, material_test_spec_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
@@ -61,8 +61,8 @@ contains
         associate (n => slots(i)%law%n_state - slots(i)%law%n_hidden - &
                        scene%materials(test%material)%n_uvarm)
           if (findloc(scene%tests%material, test%material, 1) == i .and. size(test%state) > n) &
-            call add_error(errors, test%state_origin, to_text(size(test%state))// &
-                           " state variables for ALL", to_text(n)//" at most, as material "// &
+            call add_error(errors, test%state_origin, counted(size(test%state), &
+                           "state variable")//" for ALL", to_text(n)//" at most, as material "// &
                            scene%materials(test%material)%name//" has")
         end associate
       end associate

@@ -5,7 +5,7 @@
 !! 2.2.4.4). An entity goes by the number of its first line, D1, D3 and so on.
 module iges_directory
   use input_errors, only: error_list_t, new_origin, add_error
-  use text, only: read_integer, to_text
+  use text, only: read_integer, to_text, counted
   use failure, only: error_t
   use text_file, only: read_plain_source, next_line
   implicit none
@@ -129,8 +129,8 @@ contains
     if (entry%type == 0) return   ! a null entity has no parameters
     if (entry%first >= 1 .and. entry%first <= n .and. entry%n_lines >= 1 &
         .and. entry%n_lines <= n - entry%first + 1) return
-    call reject_line(file, section_directory, number, to_text(entry%n_lines)// &
-                     " parameter lines from P"//to_text(entry%first)//" on for D"// &
+    call reject_line(file, section_directory, number, counted(entry%n_lines, &
+                     "parameter line")//" from P"//to_text(entry%first)//" on for D"// &
                      to_text(number), "lines between P1 and P"//to_text(n))
   end subroutine read_entry
 
@@ -232,7 +232,7 @@ contains
     logical :: is_number
 
     if (len(line) <= code_column .or. len(line) > n_columns) then
-      call reject("a line of "//to_text(len(line))//" columns", to_text(n_columns)//" columns")
+      call reject("a line of "//counted(len(line), "column"), to_text(n_columns)//" columns")
       return
     end if
     section = index(section_codes, line(code_column:code_column))
@@ -266,7 +266,7 @@ contains
   !! sections, eight columns each.
   subroutine check_sections(file)
     type(iges_lines_t), intent(inout) :: file
-    integer :: section, counted, first
+    integer :: section, n_written, first
     logical :: is_number
     character(n_columns) :: line
 
@@ -280,20 +280,20 @@ contains
     end do
     if (mod(file%n(section_directory), 2) /= 0) then
       call reject_line(file, section_directory, file%n(section_directory), &
-                       to_text(file%n(section_directory))//" lines", "two lines for each entity")
+                       counted(file%n(section_directory), "line"), "two lines for each entity")
     end if
     if (any(file%n(section_global:) == 0)) return
     line = file%lines(line_number(file, section_end, 1))
     do section = section_start, section_parameters
       first = 8*(section - 1) + 1
       if (line(first:first + 7) == "") cycle
-      call read_integer(trim(adjustl(line(first + 1:first + 7))), counted, is_number)
+      call read_integer(trim(adjustl(line(first + 1:first + 7))), n_written, is_number)
       if (is_number .and. line(first:first) == section_codes(section:section) &
-          .and. counted == file%n(section)) cycle
+          .and. n_written == file%n(section)) cycle
       call reject_line(file, section_end, 1, "`"//line(first:first + 7)//"` in columns "// &
                        to_text(first)//" to "//to_text(first + 7), &
-                       section_codes(section:section)//" and the "//to_text(file%n(section))// &
-                       " lines that the section has")
+                       section_codes(section:section)//" and "//counted(file%n(section), "line")// &
+                       ", as the section has")
     end do
   end subroutine check_sections
 

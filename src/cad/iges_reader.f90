@@ -6,7 +6,7 @@
 module iges_reader
   use kinds, only: wp
   use input_errors, only: error_list_t, new_origin, add_error, add_warning, n_errors
-  use text, only: string_t, to_text, rounded_text, place_text, append_text, joined
+  use text, only: string_t, to_text, rounded_text, place_text, append_text, joined, counted
   use nurbs_surface, only: nurbs_surface_t
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use iges_global, only: unit_in_mm
@@ -129,14 +129,14 @@ contains
 
     box = box_of(surfaces)
     call append_text(report, request%path//", lengths in "//model%global%unit//" times "// &
-             to_text(length_factor(model, request))//": "//to_text(size(taken))// &
-             " surfaces of "//to_text(size(reason))//" entities")
+             to_text(length_factor(model, request))//": "//counted(size(taken), &
+             "surface")//" of "//counted(size(reason), "entity", "entities"))
     call append_text(report, "box "//place_text(box(:, 1))//" to "//place_text(box(:, 2)))
     do i = 1, min(size(taken), most_listed)
       call append_text(report, surface_line(model, taken(i), surfaces(i), seams%is_reversed(i)))
     end do
     if (size(taken) > most_listed) &
-      call append_text(report, "and "//to_text(size(taken) - most_listed)//" surfaces more")
+      call append_text(report, "and "//counted(size(taken) - most_listed, "surface")//" more")
     skipped = skipped_lines(model, reason)
     do i = 1, size(skipped)
       call append_text(report, skipped(i)%value)
@@ -166,13 +166,13 @@ contains
 
     associate (list => seams%seams)
       n_whole = count(list%is_whole)
-      line = "joints: "//to_text(n_whole)//" pairs of edges meet"
-      if (size(list) > n_whole) line = line//", "//to_text(size(list) - n_whole)// &
-                                       " edges meet a part of another"
+      line = "joints: "//counted(n_whole, "pair of edges meets", "pairs of edges meet")
+      if (size(list) > n_whole) line = line//", "//counted(size(list) - n_whole, &
+                                       "edge meets", "edges meet")//" a part of another"
       if (size(list) > 0) line = line//", largest gap "//rounded_text(maxval(list%gap))
     end associate
-    line = line//"; "//to_text(seams%n_free)//" free edges; "// &
-           to_text(count(seams%is_reversed))//" surfaces turned"
+    line = line//"; "//counted(seams%n_free, "free edge")//"; "// &
+           counted(count(seams%is_reversed), "surface")//" turned"
   end function seam_line
 
   pure function box_of(surfaces) result(box)

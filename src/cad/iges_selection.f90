@@ -1,7 +1,7 @@
 !> Which entities of an IGES file become surfaces of a tool, and why the others do not.
 module iges_selection
   use input_errors, only: origin_t, add_error, add_warning
-  use text, only: string_t, to_text, nearest_name, squeezed, upper_case
+  use text, only: string_t, to_text, nearest_name, squeezed, upper_case, counted
   use iges_directory, only: entry_t, entry_name, type_name
   use iges_model, only: iges_model_t, entry_origin, reject_entity
   implicit none
@@ -182,8 +182,8 @@ contains
       if (reason(i) /= is_trimmed) cycle
       n = n + 1
       if (n == most_told) then
-        call reject_entity(model, i, to_text(count(reason == is_trimmed) - n + 1)// &
-                           " trimmed surfaces more", hint)
+        call reject_entity(model, i, counted(count(reason == is_trimmed) - n + 1, &
+                           "trimmed surface")//" more", hint)
         return
       end if
       call reject_entity(model, i, "a trimmed surface, which is not done yet", &

@@ -5,7 +5,7 @@ module iges_surfaces
   use kinds, only: wp
   use failure, only: error_t, fail
   use linear_algebra, only: cross
-  use text, only: to_text
+  use text, only: to_text, counted
   use knot_vector, only: max_degree, linear_axis, cut_to_range
   use nurbs_curve, only: nurbs_curve_t, join_curves
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
@@ -111,7 +111,7 @@ contains
     ! As a real number, for what a damaged file asks for may be more than an integer holds.
     n_needed = 9 + sum(real(n + degree + 1, wp)) + 4*product(real(n, wp))
     if (n_needed <= values%n) return
-    call reject(model, values, 1, to_text(values%n)//" parameters", "at least "// &
+    call reject(model, values, 1, counted(values%n, "parameter"), "at least "// &
                 to_text(n_needed)//" for "//to_text(n(1))//" x "//to_text(n(2))// &
                 " control points")
   end subroutine read_sizes
@@ -350,7 +350,7 @@ contains
     m = get_integer(model, values, 2, "M, the degree", 1, max_degree)
     if (.not. model%is_valid) return
     if (6 + (k + m + 2) + 4*(k + 1) > values%n) then
-      call reject(model, values, 1, to_text(values%n)//" parameters", "at least "// &
+      call reject(model, values, 1, counted(values%n, "parameter"), "at least "// &
                   to_text(6 + (k + m + 2) + 4*(k + 1))//" for K = "//to_text(k)//" and M = "// &
                   to_text(m))
       return

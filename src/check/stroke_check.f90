@@ -2,7 +2,7 @@
 !! the step cuts off, or that continue after their amplitude.
 module stroke_check
   use kinds, only: wp
-  use text, only: string_t, rounded_text, to_text, append_text
+  use text, only: string_t, rounded_text, to_text, append_text, counted
   use input_errors, only: origin_t, error_list_t, add_warning
   use unit_system, only: unit_system_t, new_unit_system, unit_of
   use scene, only: scene_t
@@ -167,7 +167,7 @@ contains
     words = trim(names(c))//" from "//rounded_text(stroke%values(1))
     do i = 2, n
       if (i > most_turns .and. i < n) cycle
-      if (i > most_turns) words = words//", "//to_text(n - most_turns)//" more turning points"
+      if (i > most_turns) words = words//", "//counted(n - most_turns, "more turning point")
       if (i > 2) words = words//","
       words = words//" to "//rounded_text(stroke%values(i))//length//" at "// &
               rounded_text(stroke%times(i))//time

@@ -3,7 +3,7 @@
 module state_store
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, counted
   implicit none
   private
 
@@ -113,7 +113,7 @@ contains
       call note(store, full_name(store, name)//" is missing")
     else if (size(store%entries(place)%values) /= n) then
       call note(store, full_name(store, name)//" has "// &
-                to_text(size(store%entries(place)%values))//" numbers instead of "//to_text(n))
+                counted(size(store%entries(place)%values), "number")//" instead of "//to_text(n))
     else
       values = store%entries(place)%values
     end if

@@ -8,6 +8,7 @@ module text
 
   public :: string_t, upper_case, lower_case, squeezed, to_text, rounded_text, place_text
   public :: read_real, read_integer, edit_distance, nearest_name, strings, append_text, joined
+  public :: counted
 
   !> Text of its own length, for lists of texts.
   type :: string_t
@@ -18,6 +19,11 @@ module text
   interface to_text
     module procedure integer_to_text, long_to_text, real_to_text
   end interface to_text
+
+  !> A count with its noun in the singular or plural, such as `1 layer` or `2 layers`.
+  interface counted
+    module procedure counted_integers, counted_longs
+  end interface counted
 
 contains
 
@@ -77,6 +83,27 @@ contains
 
     written = long_to_text(int(number, int64))
   end function integer_to_text
+
+  pure function counted_integers(n, noun, nouns) result(words)
+    integer, intent(in) :: n
+    character(*), intent(in) :: noun               !! for one
+    character(*), intent(in), optional :: nouns    !! for several; else the noun with an s
+    character(:), allocatable :: words
+
+    words = counted_longs(int(n, int64), noun, nouns)
+  end function counted_integers
+
+  pure function counted_longs(n, noun, nouns) result(words)
+    integer(int64), intent(in) :: n
+    character(*), intent(in) :: noun
+    character(*), intent(in), optional :: nouns
+    character(:), allocatable :: words
+
+    words = noun
+    if (n /= 1) words = noun//"s"
+    if (n /= 1 .and. present(nouns)) words = nouns
+    words = to_text(n)//" "//words
+  end function counted_longs
 
   pure function long_to_text(number) result(written)
     integer(int64), intent(in) :: number

@@ -3,7 +3,7 @@ module error_report
   use kinds, only: wp
   use linear_algebra, only: sorted_order
   use input_errors, only: input_error_t, error_list_t, n_errors
-  use text, only: string_t, to_text
+  use text, only: string_t, to_text, counted
   use system_files, only: true_path
   implicit none
   private
@@ -51,7 +51,7 @@ contains
       "... and "//to_text(errors%n_items - sum(n_listed))//" more that are not listed"
     call list_true_paths(errors, unit)
     n_warnings = errors%n_items - n_errors(errors)
-    write (unit, "(a)") number_of(n_errors(errors), "error")//", "//number_of(n_warnings, "warning")
+    write (unit, "(a)") counted(n_errors(errors), "error")//", "//counted(n_warnings, "warning")
   end subroutine report_errors
 
   !> The true path of each file that is reached by `..` or by a link, once.
@@ -78,15 +78,6 @@ contains
     is_tail = len(text) >= len(tail)
     if (is_tail) is_tail = text(len(text) - len(tail) + 1:) == tail
   end function is_tail
-
-  pure function number_of(n, what) result(words)
-    integer, intent(in) :: n
-    character(*), intent(in) :: what
-    character(:), allocatable :: words
-
-    words = to_text(n)//" "//what
-    if (n /= 1) words = words//"s"
-  end function number_of
 
   !> Put the errors in the order of `files` and within a file in that of the lines; errors of one
   !! line stay in the order of discovery, errors of no listed file come first.

@@ -2,7 +2,7 @@
 module initial_keywords
   use kinds, only: wp
   use input_errors, only: origin_t, error_list_t, add_error, add_warning
-  use text, only: upper_case, to_text, read_real
+  use text, only: upper_case, read_real, counted
   use scene, only: scene_t, initial_state_spec_t, is_user_material, material_spec_t, field_spec_t, &
                    initial_velocity_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
@@ -149,9 +149,9 @@ contains
     values = [(field_real(record, line, j), j=2, n_fields(record, line))]
     if (.not. is_filled(record, line, n_fields(record, line))) values = values(:size(values) - 1)
     if (size(values) >= on_a_line) then
-      call add_error(errors, line_origin(deck, record, line), to_text(size(values) + 1)// &
-                     " entries on a line", "eight at most: the set and seven state variables, "// &
-                     "or eight of these")
+      call add_error(errors, line_origin(deck, record, line), counted(size(values) + 1, &
+                     "entry", "entries")//" on a line", "eight at most: the set and seven "// &
+                     "state variables, or eight of these")
     end if
   end function line_values
 

@@ -2,12 +2,12 @@
 module keyword_spec
   use kinds, only: wp
   use text, only: string_t, read_real, read_integer, upper_case, squeezed, nearest_name, &
-                  append_text, to_text
+                  append_text, counted
   implicit none
   private
 
   public :: value_spec_t, line_spec_t, keyword_spec_t, selects_lines, may_be_left_out
-  public :: check_field, choice_list, list_entries, is_among, did_you_mean, wanted, lines_in_words
+  public :: check_field, choice_list, list_entries, is_among, did_you_mean, wanted
   public :: field_names, may_be_in_step
 
   integer, parameter, public :: kind_real = 1      !! a number
@@ -242,19 +242,10 @@ contains
     type(line_spec_t), intent(in) :: line
     character(:), allocatable :: expected
 
-    expected = lines_in_words(line%n_min)//" of "//field_names(line)
+    expected = counted(line%n_min, "data line")//" of "//field_names(line)
     if (line%n_max == any_number) expected = "at least "//expected
     if (line%is_joinable) expected = expected//", or these at the end of the line before"
   end function wanted
-
-  !> Such as `1 data line`.
-  pure function lines_in_words(n) result(words)
-    integer, intent(in) :: n
-    character(:), allocatable :: words
-
-    words = to_text(n)//" data line"
-    if (n /= 1) words = words//"s"
-  end function lines_in_words
 
   !> Names of the fields of a form, separated by commas.
   pure function field_names(line) result(names)

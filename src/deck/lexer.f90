@@ -3,7 +3,7 @@ module lexer
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning, n_errors
-  use text, only: string_t, upper_case, to_text, squeezed
+  use text, only: string_t, upper_case, to_text, squeezed, counted
   use checksum, only: contents_checksum
   use text_file, only: read_source, read_plain_source, next_line, path_beside
   use expression, only: parameter_table_t, parameter_t, find_parameter, define_parameter, &
@@ -675,8 +675,8 @@ contains
     block%keyword = squeezed(upper_case(block%keyword))
     origin = new_origin(file, block%line, "*"//block%keyword)
     n = min(size(first) - 1, most_options)
-    if (n < size(first) - 1) call add_error(errors, origin, to_text(size(first) - 1)// &
-                                            " options", "at most "//to_text(most_options))
+    if (n < size(first) - 1) call add_error(errors, origin, counted(size(first) - 1, &
+                                            "option"), "at most "//to_text(most_options))
     allocate (block%options(n))
     do i = 1, n
       option = closed(first(i + 1):last(i + 1))

@@ -2,7 +2,7 @@
 module motion_keywords
   use kinds, only: wp
   use input_errors, only: error_list_t, add_error
-  use text, only: to_text
+  use text, only: to_text, counted
   use scene, only: scene_t, curve_spec_t, motion_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           is_option_given, field_real, all_numbers, deck_context_t, &
@@ -45,7 +45,7 @@ contains
     if (.not. record%is_valid) return
     numbers = all_numbers(record)
     if (mod(size(numbers), 2) == 1) then
-      call add_error(errors, record%origin, to_text(size(numbers))//" numbers", &
+      call add_error(errors, record%origin, counted(size(numbers), "number"), &
                      "pairs of time and value, up to the next line with one `*` (a line "// &
                      "that begins with `**` is a comment)")
       return

@@ -3,7 +3,7 @@ module patch_keywords
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error
-  use text, only: to_text
+  use text, only: to_text, counted
   use knot_vector, only: knot_vector_t, new_knot_vector
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t
@@ -127,7 +127,7 @@ contains
       shown = shown//" "//to_text(knots(i))
     end do
     if (size(knots) > most_shown) shown = shown//" ..."
-    call add_error(errors, record%origin, to_text(size(knots))//" knots of degree "// &
+    call add_error(errors, record%origin, counted(size(knots), "knot")//" of degree "// &
                    to_text(degree)//": "//shown, "an open "//error%message)
   end subroutine read_knots
 
@@ -158,7 +158,7 @@ contains
           expected = expected//" x "//to_text(axes(i)%n_basis)
         end do
         if (size(axes) > 1) expected = to_text(n)//": "//expected
-        call add_error(errors, record%origin, to_text(record%n_lines)//" control points", &
+        call add_error(errors, record%origin, counted(record%n_lines, "control point"), &
                        expected//" from *KNOTS")
       else if (record%is_valid) then
         points = reshape([(field_real(record, i, 1), i=1, n), (field_real(record, i, 2), i=1, n), &
@@ -221,8 +221,8 @@ contains
 
     n_points = product(real(axes%n_basis, wp))*(1 + real(n_new, wp)/axes(axis)%n_basis)
     is_too_fine = n_points > most_points .or. n_points*n_new > most_moves
-    if (is_too_fine) call add_error(errors, record%origin, "refined by "//to_text(n_new)// &
-                                    " knots to "//to_text(n_points)//" control points", &
+    if (is_too_fine) call add_error(errors, record%origin, "refined by "//counted(n_new, &
+                                    "knot")//" to "//to_text(n_points)//" control points", &
                                     "at most "//to_text(min(most_points, most_moves/max(n_new, 1))))
   end function is_too_fine
 

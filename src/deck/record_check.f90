@@ -4,11 +4,11 @@
 module record_check
   use kinds, only: wp
   use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
-  use text, only: string_t, to_text, squeezed, joined
+  use text, only: string_t, squeezed, joined, counted
   use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_real, kind_flag, &
                           kind_list, kind_words, anywhere, selects_lines, may_be_left_out, &
                           check_field, choice_list, is_among, did_you_mean, wanted, &
-                          lines_in_words, field_names
+                          field_names
   use lexer, only: lexed_deck_t, block_t, option_place, line_text, split_fields, field_text
   use deck_records, only: record_t, option_t, field_t, parsed_deck_t, find_records, n_deck_steps, &
                           line_origin, line_place
@@ -347,14 +347,14 @@ contains
         end do
         done = n_of_form
         if (n_taken < spec%lines(form)%n_min .and. spec%place /= anywhere) then
-          call add_error(errors, record%origin, lines_in_words(n_taken), &
+          call add_error(errors, record%origin, counted(n_taken, "data line"), &
                          wanted(spec%lines(form)))
           return
         end if
       end do
       if (done < record%n_lines) then
         call add_error(errors, line_origin(deck, record, done + 1), "a data line too many", &
-                       lines_in_words(done))
+                       counted(done, "data line"))
         record%first(done + 2:) = record%first(done + 1)
       end if
     end associate
@@ -423,9 +423,9 @@ contains
     end if
     n = size(first)
     if (n > size(form%fields) .and. .not. form%is_repeated) then
-      call add_error(errors, line_origin(deck, deck%records(i), line), to_text(n)//" fields", &
-                     to_text(size(form%fields))//trim(merge(" field: ", " fields:", &
-                     size(form%fields) == 1))//" "//field_names(form)//decimal_note(form, given))
+      call add_error(errors, line_origin(deck, deck%records(i), line), counted(n, "field"), &
+                     counted(size(form%fields), "field")//": "//field_names(form)// &
+                     decimal_note(form, given))
       n = size(form%fields)
     end if
     place = deck%records(i)%first(line)

@@ -2,7 +2,7 @@
 module set_keywords
   use kinds, only: wp
   use input_errors, only: origin_t, error_list_t, add_error
-  use text, only: string_t, upper_case, squeezed, to_text, read_real, strings
+  use text, only: string_t, upper_case, squeezed, to_text, read_real, strings, counted
   use name_table, only: insert, place_of, note_use
   use knot_vector, only: basis_derivatives, find_span
   use scene, only: scene_t, box_spec_t, set_spec_t
@@ -49,9 +49,9 @@ contains
                          "a name that is not ALL or that of a face")
         end if
         if (record%n_lines > 1 .and. .not. is_option_given(record, "OPERATION")) &
-          call add_error(errors, record%origin, to_text(record%n_lines)//" data lines without "// &
-                         "the option OPERATION", "OPERATION=UNION, for the parts of all lines, "// &
-                         "or INTERSECTION, for what they have in common")
+          call add_error(errors, record%origin, counted(record%n_lines, "data line")// &
+                         " without the option OPERATION", "OPERATION=UNION, for the parts "// &
+                         "of all lines, or INTERSECTION, for what they have in common")
         if (record%is_valid) then
           if (allocated(boxes)) deallocate (boxes)
           allocate (boxes(record%n_lines))

@@ -1,6 +1,6 @@
 !> What a deck asks of shells that shells cannot do, or that they do in another way than solids.
 module shell_check
-  use text, only: to_text, rounded_text
+  use text, only: to_text, rounded_text, counted
   use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t, patch_spec_t
   use knot_vector, only: n_spans
@@ -64,7 +64,7 @@ contains
     spans = [(n_spans(patch%solid%axes(axis)), axis=1, 2)]
     associate (axes => patch%solid%axes)
       rule = "a rule of "//to_text(n(1))//" x "//to_text(n(2))//" points along the sheet and "// &
-             to_text(n(3))//" layers with ELEMENT=SHELL"
+             counted(n(3), "layer")//" with ELEMENT=SHELL"
       if (any(n(:2) < min(axes(:2)%degree, 2)) .or. &
           seen*product(spans*n(:2)) < moving*product(axes(:2)%n_basis) - rigid) then
         call add_error(errors, scene%blank%origin, rule//", which leaves deformations without "// &

@@ -4,7 +4,7 @@
 !! a patch that ends at the middle of another's side, or two with shifted sides.
 module patch_joints
   use kinds, only: wp
-  use text, only: string_t, to_text, append_text
+  use text, only: string_t, to_text, append_text, counted
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use nurbs_solid, only: nurbs_solid_t, solid_face, face_axes
@@ -137,7 +137,7 @@ contains
 
     reason = ""
     if (size(a%group) /= size(b%group)) then
-      reason = to_text(size(a%group))//" and "//to_text(size(b%group))//" control points"
+      reason = to_text(size(a%group))//" and "//counted(size(b%group), "control point")
       return
     end if
     weight_of = 0.0_wp

@@ -14,7 +14,7 @@ module frames
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t
-  use text, only: joined, strings, to_text, string_t
+  use text, only: joined, strings, to_text, string_t, counted
   use frame_values, only: display_patch_t, display_tool_t, results_setup_t, frame_t, display_t, &
                           fill_values, new_display
   use hdf5_file, only: check_length, close_file, give_up_file, open_file, create_file, &
@@ -457,12 +457,12 @@ contains
         reason = "it has no field "//trim(display%fields(i)%name)
     end do
     if (size(names) /= size(display%fields) + merge(1, 0, display%is_bezier) .and. reason == "") &
-      reason = "it has "//to_text(size(names))//" fields, not those of this program"
+      reason = "it has "//counted(size(names), "field")//", not those of this program"
     if (reason /= "") return
     n = 0
     if (allocated(n_points)) n = nint(sum(n_points))
-    if (n /= display%n_points) reason = "its frames have "//to_text(n)//" points, those of the "// &
-                                       "run now "//to_text(display%n_points)
+    if (n /= display%n_points) reason = "its frames have "//counted(n, "point")// &
+                                       ", those of the run now "//to_text(display%n_points)
   end function layout_problem
 
   pure subroutine compare(option, was, now, reason)

@@ -4,7 +4,7 @@ module provenance
   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version, int64
   use, intrinsic :: iso_c_binding, only: c_int, c_long
   use system_files, only: library_of
-  use text, only: to_text
+  use text, only: to_text, counted
   use hdf5_file, only: create_group, hdf5_file_t, h5_int64, write_integers, write_text, &
                        write_text_attribute
   implicit none
@@ -55,8 +55,8 @@ contains
     lines = log_mark//text_or_empty(source%version)
     if (len(text_or_empty(source%git_commit)) > 0) lines = lines//" ("//source%git_commit//")"
     lines = lines//feed//"compiler   "//compiler_version() &
-            //feed//"threads    "//to_text(source%n_threads)//" of "//to_text(host_cores()) &
-            //" cores"//feed//"started    "//timestamp() &
+            //feed//"threads    "//to_text(source%n_threads)//" of "// &
+            counted(host_cores(), "core")//feed//"started    "//timestamp() &
             //feed//"command    "//text_or_empty(source%command_line) &
             //feed//"deck       "//text_or_empty(source%deck_file)
     if (len(text_or_empty(source%heading)) > 0) &

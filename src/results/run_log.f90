@@ -6,7 +6,7 @@ module run_log
   use failure, only: error_t, fail
   use system_files, only: bytes_on_disk
   use timer, only: timer_t, watch_seconds, n_watches
-  use text, only: string_t, to_text
+  use text, only: string_t, to_text, counted
   implicit none
   private
 
@@ -190,8 +190,8 @@ contains
     write (line, "(a32, f13.3, f10.1, i14)") "all steps"//repeat(" ", 32), timings%wall_seconds, &
       100.0_wp, timings%n_steps
     call log_line(log, trim(line))
-    write (line, "(i0, a, i0, a, i0, a, f0.1, a)") timings%n_elements, " elements, ", &
-      timings%n_steps, " steps, ", timings%n_threads, " threads: ", &
+    write (line, "(a, f0.1, a)") counted(timings%n_elements, "element")//", "// &
+      counted(timings%n_steps, "step")//", "//counted(timings%n_threads, "thread")//": ", &
       ns_per_element_step(timings), " ns per element and step"
     call log_line(log, trim(line))
   end subroutine log_timings

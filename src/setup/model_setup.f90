@@ -5,7 +5,7 @@ module model_setup
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error, add_warning, drop_warnings, n_errors
-  use text, only: to_text, rounded_text
+  use text, only: to_text, rounded_text, counted
   use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t, material_spec_t
   use linear_algebra, only: cross
   use knot_vector, only: n_spans
@@ -109,7 +109,7 @@ contains
     is_whole = columns_of(blank)
     n = sum([(count(.not. is_whole(p)%values), p=1, size(is_whole))])
     if (n > 0) call add_warning(errors, scene%step%origin, "mass scaling through the thickness "// &
-                                "that leaves out "//to_text(n)//" columns of control points, "// &
+                                "that leaves out "//counted(n, "column")//" of control points, "// &
                                 "which are not one along each seam they touch", &
                                 "seams that run through the thickness, axis 3 of both patches")
   end subroutine check_columns
@@ -200,7 +200,7 @@ contains
         do i = 1, size(scene%initial_states)
           associate (start => scene%initial_states(i))
             if (size(start%values) > n) call add_error(errors, start%origin, &
-              to_text(size(start%values))//" state variables for "//start%name, &
+              counted(size(start%values), "state variable")//" for "//start%name, &
               to_text(n)//" at most, as the material has")
           end associate
         end do

@@ -16,7 +16,7 @@ module stability_setup
   use scene, only: step_spec_t, contact_spec_t
   use model, only: model_t, increment_limit, add_support
   use input_errors, only: origin_t, error_list_t, add_warning
-  use text, only: to_text, rounded_text
+  use text, only: to_text, rounded_text, counted
   use contact, only: scale_stiffness
   use contact_effect, only: contact_view_t, contact_pairs
   implicit none
@@ -314,8 +314,8 @@ contains
     end do
     ! Of a shell with many tools nobody has chosen it.
     if (is_elsewhere .and. maxval(shares) <= usual%penalty_scale) return
-    if (left > 0.0_wp) call add_warning(errors, origin, "penalties of "//to_text(n_tools)// &
-                     " tools on "//trim(merge("both faces", "one face  ", is_elsewhere))// &
+    if (left > 0.0_wp) call add_warning(errors, origin, "penalties of "//counted(n_tools, &
+                     "tool")//" on "//trim(merge("both faces", "one face  ", is_elsewhere))// &
                      " that add up to "//rounded_text(total), &
                      "at most "//rounded_text(limit)//" with the scale factor "// &
                      rounded_text(model%step%safety)//"; they are scaled to that")

@@ -10,7 +10,7 @@
 module strain_projection
   use kinds, only: wp
   use failure, only: error_t, fail
-  use text, only: to_text
+  use text, only: counted
   use basis_tables, only: axis_table_t
   use knot_vector, only: knot_vector_t
   use linear_algebra, only: solve
@@ -109,8 +109,8 @@ contains
     operator%is_identity = n_samples == axis%n_points
     if (operator%is_identity) return
     if (n_samples > axis%n_points) then
-      call fail(error, "projection: "//to_text(n_samples)//" samples in a direction with "// &
-                to_text(axis%n_points)//" quadrature points")
+      call fail(error, "projection: "//counted(n_samples, "sample")//" in a direction with "// &
+                counted(axis%n_points, "quadrature point"))
       return
     end if
     do k = 1, n_samples

@@ -5,7 +5,7 @@ module shell_element
   use failure, only: error_t
   use linear_algebra, only: cross
   use state_store, only: state_store_t, carry, carry_field
-  use text, only: string_t, append_text, to_text, rounded_text
+  use text, only: string_t, append_text, rounded_text, counted
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: knot_vector_t, linear_axis
   use nurbs_solid, only: nurbs_solid_t, solid_face
@@ -509,8 +509,8 @@ contains
     words = rounded_text(minval(self%points%thickness))
     if (maxval(self%points%thickness) > (1.0_wp + 1.0e-6_wp)*minval(self%points%thickness)) &
       words = words//" to "//rounded_text(maxval(self%points%thickness))
-    call append_text(lines, "shell            thickness "//words//", "//to_text(self%rule(3)%n)// &
-                            " layers")
+    call append_text(lines, "shell            thickness "//words//", "//counted(self%rule(3)%n, &
+                            "layer"))
   end subroutine describe
 
   subroutine carry_shell(self, store)

@@ -168,7 +168,7 @@ def a_deck_is_read_but_once(folder):
         write_list(folder, f"a.key {SHORT} --out {name}.h5")
         said = igaform(folder, "batch", "list.txt", "--summary",
                        code=0 if status == "completed" else 3)
-        assert f"1 runs: 1 {status}" in said, said
+        assert f"1 run: 1 {status}" in said, said
 
 
 def names_of_decks_keep_their_points(folder):
@@ -525,7 +525,7 @@ def a_second_run_leaves_the_file_alone(folder):
             watch = [sys.executable, "-m", "post", "watch", folder / "a.h5"]
             said = subprocess.run([*watch, "--once"], cwd=PROJECT, capture_output=True, text=True,
                                   check=True).stdout
-            assert "a.h5: running, 1 frames" in said and "dt " in said and "%" in said, said
+            assert "a.h5: running, 1 frame" in said and "dt " in said and "%" in said, said
             first.kill()
             first.wait()
             said = subprocess.run(watch, cwd=PROJECT, capture_output=True, text=True, timeout=20,

@@ -108,7 +108,7 @@ class Reading(Files):
         self.assertIn("holds no measurement of the machine with 2 threads",
                       self.fault_of([*machine((1,)), record("update", 2, 3.0)]))
         for some in (machine((1,))[:1], machine((1,))[1:]):
-            self.assertIn("holds no measurement of the machine with 1 threads",
+            self.assertIn("holds no measurement of the machine with 1 thread",
                           self.fault_of(some))
 
     def test_unknown_keys_are_passed_over_and_missing_ones_not_known(self):
@@ -171,10 +171,10 @@ class Targets(Files):
                            record("force/p2/2x2x3/voce/rational/default", 1, 400.0),
                            record("force/p2/2x2x2/voce/plain/default", 1, 100.0),
                            record("force/p2/2x2x2/voce/rational/default", 1, 160.0))
-        self.assertIn("missed  force/p2/2x2x3/voce/rational/default, 1 threads, over plain"
-                      "         1.67  target    1.60", found)
-        self.assertIn("met     force/p2/2x2x2/voce/rational/default, 1 threads, over plain"
-                      "         1.60  target    1.60", found)
+        self.assertIn("missed  force/p2/2x2x3/voce/rational/default, 1 thread, over plain"
+                      "          1.67  target    1.60", found)
+        self.assertIn("met     force/p2/2x2x2/voce/rational/default, 1 thread, over plain"
+                      "          1.60  target    1.60", found)
 
     def test_the_whole_step_is_measured_by_its_elements(self):
         found = self.lines(record("step/channel", 1, 310.0),
@@ -182,7 +182,7 @@ class Targets(Files):
                            record("step/channel/contact_lower_die", 1, 150.0),
                            record("step/channel/contact_upper_die", 1, 60.0))
         self.assertEqual([" ".join(line.split()) for line in found],
-                         ["missed step/channel, 1 threads, over elements 1.55 target 1.50",
+                         ["missed step/channel, 1 thread, over elements 1.55 target 1.50",
                           "missed step/channel, contact over elements 1.05 target 1.00"])
 
     def test_memory_and_projections(self):
@@ -238,7 +238,7 @@ class Comparison(Files):
         self.assertEqual(lines[-4:], [["a", "1", "1.200", "+-", "0.120", "slower"],
                                       ["a", "2", "1.200", "+-", "0.268"],
                                       ["b", "1", "0.800", "+-", "0.080", "faster"],
-                                      ["1", "records", "are", "new"]])
+                                      ["1", "record", "is", "new"]])
 
 
 class Command(Files):

@@ -63,7 +63,7 @@ def strip_of_cad_dies(igaform, folder, inputs):
     for die, side in zip(DIES, ("NEGATIVE", "POSITIVE")):
         name = die.replace(" ", "_") + ".igs"
         told = iges(igaform, strip, "--part", die, "--out", decks / "channel" / name)
-        assert "1 surfaces in MM" in told, told
+        assert "1 surface in MM" in told, told
         lines.append(f"*TOOL, NAME={die}, TYPE=IGES, SIDE={side}, INPUT={name}\n")
     table, cad = folder / "table.h5", folder / "cad.h5"
     call(igaform, strip, "--out", table, "--quiet", *settings(**STRIP))
