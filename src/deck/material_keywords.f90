@@ -2,7 +2,7 @@
 module material_keywords
   use kinds, only: wp
   use input_errors, only: error_list_t, add_error, add_warning
-  use text, only: string_t, to_text, upper_case
+  use text, only: string_t, to_text, upper_case, counted
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
                           field_real, field_integer, field_word, all_numbers, is_option_given, &
@@ -290,38 +290,41 @@ contains
   end subroutine read_plastic
 
   !> The constants as Abaqus places them: eight on a line, blank places and the ends of shorter
-  !! lines count as zeros.
+  !! lines count as zeros. Too few of them are warned of, for a forgotten one is a zero as well.
   subroutine read_constants(deck, record, material, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(material_spec_t), intent(inout) :: material
     type(error_list_t), intent(inout) :: errors
-    integer :: n, line, n_wanted, n_given
+    character(:), allocatable :: expected, found
+    integer :: n, line, n_wanted, n_given, total
 
     n = option_integer(record, "CONSTANTS")
     n_wanted = (n + on_a_line - 1)/on_a_line
+    total = sum([(n_fields(record, line), line=1, record%n_lines)])
+    expected = counted(n, "constant")//" on "//counted(n_wanted, "data line")// &
+               ", eight on each, for CONSTANTS="//to_text(n)
+    found = counted(total, "constant")//" on "//counted(record%n_lines, "data line")
     if (record%n_lines /= n_wanted) then
-      call add_error(errors, record%origin, to_text(record%n_lines)//" data lines", &
-                     to_text(n_wanted)//" for CONSTANTS="//to_text(n)//": eight constants on "// &
-                     "each, of which a shorter one is filled up with zeros")
+      call add_error(errors, record%origin, found, expected)
       return
     end if
     material%constants = spread(0.0_wp, 1, n)
     do line = 1, n_wanted
       n_given = n_fields(record, line)
-      associate (before => on_a_line*(line - 1))
+      associate (before => on_a_line*(line - 1), first => record%first(line))
         if (n_given > min(on_a_line, n - before)) then
-          call add_error(errors, line_origin(deck, record, line), to_text(n_given)// &
-                         " constants on a line", to_text(min(on_a_line, n - before))// &
-                         " at most: eight on each line, "//to_text(n)//" in all")
-          cycle
+          call add_error(errors, line_origin(deck, record, line), counted(n_given, "constant")// &
+                         " on a data line, "//to_text(total)//" in all", &
+                         to_text(min(on_a_line, n - before))//" at most on this line: "//expected)
+          return
         end if
-        associate (first => record%first(line))
-          material%constants(before + 1:before + n_given) = &
-            record%fields(first:first + n_given - 1)%number
-        end associate
+        material%constants(before + 1:before + n_given) = &
+          record%fields(first:first + n_given - 1)%number
       end associate
     end do
+    if (total < n) call add_warning(errors, record%origin, found//"; the missing ends of the "// &
+                                    "lines count as zeros, as in Abaqus", expected)
   end subroutine read_constants
 
 end module material_keywords
