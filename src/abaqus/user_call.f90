@@ -411,10 +411,11 @@ contains
 
     if (are_zero(n_points*n_spare/8, spare)) return
     i = n_statv + (findloc(abs(spare) <= 0.0_wp, .false., 1, back=.true.) - 1)/n_points + 1
-    given = "but *DEPVAR gives "//counted(n_statv, "state variable")
-    if (n_statv == 0) given = "but without *DEPVAR, which gives 0"
-    call end_user_run("writes "//name//to_text(i)//"), "//given//": it must "// &
-                      "give as many as the subroutine writes, "//to_text(i)//" or more")
+    given = "*DEPVAR of its material gives "//counted(n_statv, "state variable")
+    if (n_statv == 0) given = "its material has no *DEPVAR"
+    call end_user_run("writes "//name//to_text(i)//"), but "//given//"; expected *DEPVAR with "// &
+                      "the number of state variables that the subroutine needs, at least "// &
+                      to_text(i))
   end subroutine check_spare_states
 
   !> Are these all zero? In sums of eight at a time, for this is asked in every call.

@@ -24,9 +24,12 @@ def missing_depvar_is_an_error(bench):
     """The last value that is not zero tells how many there must be at least."""
     text = deck(user("210000, 0, 1, 4, 25, 1"), body="") + PULL
     path = bench.run(text, FILES / "misbehaves.F", command=["material"], code=2)
-    bench.says("UMAT in element 1, point 1", "STATEV(9)", "*DEPVAR")
+    bench.says("UMAT in element 1, point 1", "STATEV(9)", "no *DEPVAR;", "at least 9")
     with h5py.File(path) as file:
         assert len(file["tests/pull/time"]) == 4, "rows before the fault are lost"
+    bench.run(deck(user("210000, 0, 1, 4, 25, 1", 2), body="") + PULL, FILES / "misbehaves.F",
+              command=["material"], code=2)
+    bench.says("STATEV(11)", "*DEPVAR of its material gives 2 state variables", "at least 11")
 
 
 def vumat_failures_name_the_block(bench):
