@@ -83,7 +83,7 @@ contains
     text = "usage: igaform DECK [options]"//feed &
            //"       igaform material DECK [options]   tests of one material point"//feed &
            //"       igaform batch LIST [--jobs N]     runs of a list or folder"//feed &
-           //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
+           //"  --out NAME         result file NAME.h5 (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
            //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .ftn .f77"//feed &
            //"                     .fpp .f90 .f95 .f03 .f08 (also in capitals), .c .cc"//feed &
@@ -209,7 +209,7 @@ contains
 
     select case (word)
     case ("--out")
-      command%output = value
+      command%output = with_ending(value)
     case ("--set")
       call append_text(command%overrides, value)
     case ("--user")
@@ -233,6 +233,19 @@ contains
       command%reason = "option "//word//" goes with 'igaform batch'"
     end if
   end subroutine take_value
+
+  !> The path with `.h5` at its end, which viewers know a result by and restarts find it by. All
+  !! other points belong to the name, as in `mu0.05`. A folder stays one, to be refused.
+  pure function with_ending(path) result(file)
+    character(*), intent(in) :: path
+    character(:), allocatable :: file
+    character(*), parameter :: ending = ".h5"
+
+    file = path
+    if (path == "") return
+    if (path(len(path):) == "/" .or. path(max(1, len(path) - len(ending) + 1):) == ending) return
+    file = path//ending
+  end function with_ending
 
   !> All options.
   function all_options() result(options)

@@ -353,7 +353,7 @@ def files_read_are_never_written(bench):
         run(["material", path, "--user", "sheet.f"], 0)
     assert "all steps" in (bench.folder / "sheet.log.log").read_text()
     assert "increment 3 of element" in (bench.folder / "sheet.msg.msg").read_text()
-    for taken in ("./sheet.log", "./sheet.msg", "./sheet.f", "link.h5"):
+    for taken in ("link", "./link.h5"):
         for start in ([], ["material"]):
             run([*start, "sheet.log", "--user", "sheet.f", "--out", taken], 1)
             bench.says("the run reads this file")
