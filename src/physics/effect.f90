@@ -33,6 +33,7 @@ module effect
   !> Base of all effects. `apply` is called once a step, at the stage whose list it is in.
   type, abstract, public :: effect_t
     character(:), allocatable :: name
+    character(:), allocatable :: note      !! what lists add to the name; not allocated: nothing
     integer :: watch = 0                   !! stopwatch of this effect
     real(wp) :: external_work = 0.0_wp     !! done by this effect on the blank since the start
     real(wp) :: friction_energy = 0.0_wp, damping_energy = 0.0_wp   !! that it took since then

@@ -2,6 +2,7 @@
 !! curves of the scene.
 module boundary_setup
   use kinds, only: wp
+  use text, only: string_t
   use input_errors, only: error_list_t, add_warning
   use scene, only: scene_t, set_spec_t, boundary_spec_t, is_held
   use motion_curve, only: curve_t, constant_curve, curve_value
@@ -91,6 +92,7 @@ contains
     logical :: is_held(3, size(scene%boundaries))
     type(boundary_t) :: support
     type(ties_t) :: ties
+    type(string_t) :: notes(size(scene%boundaries))
     integer :: i, c, p
 
     associate (boundaries => scene%boundaries, blank => model%bodies%blank)
@@ -103,13 +105,8 @@ contains
       do i = 1, size(boundaries)
         if (.not. any(is_held(:, i))) cycle
         call find_members(blank, scene%sets(boundaries(i)%set), members)
-        if (boundaries(i)%word == "ENCASTRE") call add_clamped_rows(blank, members)
-        c = findloc(["XSYMM", "YSYMM", "ZSYMM"] == boundaries(i)%word, .true., 1)
-        if (c > 0) then
-          call tie_rows(blank, members, c, ties)
-          if (boundaries(i)%first_step == first) &
-            call warn_of_hinge(blank, members, c, boundaries(i), errors)
-        end if
+        call hold_slopes(blank, boundaries(i), boundaries(i)%first_step == first, members, ties, &
+                         notes(i)%value, errors)
         do c = 1, 3
           do p = 1, size(owners)
             where (members(p)%is_in .and. is_held(c, i)) owners(p)%entry(:, :, :, c) = i
@@ -122,6 +119,8 @@ contains
         do c = 1, 3
           if (.not. is_held(c, i)) cycle
           support%name = "boundary "//scene%sets(boundaries(i)%set)%name
+          if (allocated(support%note)) deallocate (support%note)
+          if (allocated(notes(i)%value)) support%note = notes(i)%value
           support%curve = curve_of(scene, boundaries(i)%curve)
           support%component = c
           support%velocity = boundaries(i)%velocity(c)
@@ -135,6 +134,33 @@ contains
       end do
     end associate
   end subroutine add_supports_of
+
+  !> What names of boundary conditions hold of the row next to an edge of a shell: all of a clamped
+  !! one, and along a plane of symmetry what moves it against the edge.
+  subroutine hold_slopes(blank, boundary, is_new, members, ties, note, errors)
+    type(blank_t), intent(in) :: blank
+    type(boundary_spec_t), intent(in) :: boundary
+    logical, intent(in) :: is_new                         !! it begins with the steps in hand
+    type(members_t), intent(inout) :: members(:)          !! of its set, by patch
+    type(ties_t), intent(inout) :: ties
+    character(:), allocatable, intent(out) :: note        !! for the list of supports
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: before(:)
+    integer :: p, c
+
+    if (boundary%word == "ENCASTRE") then
+      before = [(count(members(p)%is_in), p=1, size(members))]
+      call add_clamped_rows(blank, members)
+      if (any([(count(members(p)%is_in), p=1, size(members))] > before)) &
+        note = "clamped: holds the next row of control points, too"
+    end if
+    c = findloc(["XSYMM", "YSYMM", "ZSYMM"] == boundary%word, .true., 1)
+    if (c == 0) return
+    before = ties%parent
+    call tie_rows(blank, members, c, ties)
+    if (any(ties%parent /= before)) note = "keeps its slope: the next row of control points follows"
+    if (is_new) call warn_of_hinge(blank, members, c, boundary, errors)
+  end subroutine hold_slopes
 
   !> What moves alike in the steps from `first` to `last` because of planes of symmetry.
   subroutine add_ties(first, last, ties, owners, model)

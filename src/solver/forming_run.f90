@@ -451,6 +451,8 @@ contains
     end do
     do i = 1, size(model%supports)
       call append_text(lines, head//model%supports(i)%item%name)
+      if (.not. allocated(model%supports(i)%item%note)) cycle
+      lines(size(lines))%value = lines(size(lines))%value//", "//model%supports(i)%item%note
     end do
   end function effect_lines
 

@@ -18,6 +18,24 @@ import numpy as np
 PROGRAM, INPUT = sys.argv[1], pathlib.Path(sys.argv[2]) / "input"
 STRIP = INPUT / "tension_strip.key"
 SMALL = ("--set", "n_x=5", "--set", "n_y=3")
+EDGES = """*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*BLANK, NAME=strip, MATERIAL=steel, TYPE=BOX, ELEMENT={element}
+x, 0, 40, 2, 5
+y, 0, 10, 2, 3
+z, 0, 1, 2, 1
+*BOUNDARY
+X_MIN, ENCASTRE
+Y_MIN, YSYMM
+X_MAX, PINNED
+*PRESSURE
+Z_MAX, 0.1
+*DYNAMIC, EXPLICIT
+1.0e-4
+"""
 
 
 def igaform(folder, *words, code=0):
@@ -111,6 +129,18 @@ def patches_are_told_one_by_one(folder):
     assert len(counts) == len(names) == 5, out
     assert f"all patches      {sum(counts)} elements" in out, out
     assert re.search(r"seams            \d+ control points at \d+ locations", out), out
+
+
+def edges_of_shells_tell_the_row_they_hold(folder):
+    """A clamped edge and one in a plane of symmetry; a hinge, and solids, hold the edge alone."""
+    deck = folder / "edges.key"
+    for element, rows in (("SHELL", {"X_MIN": True, "Y_MIN": True, "X_MAX": False}),
+                          ("SOLID", {"X_MIN": False, "Y_MIN": False, "X_MAX": False})):
+        deck.write_text(EDGES.format(element=element))
+        told = [words for words in check(folder, deck)["effect"] if "boundary" in words]
+        assert len(told) == 7, told
+        for face, has_row in rows.items():
+            assert all(("next row" in words) == has_row for words in told if face in words), told
 
 
 def modes_are_listed_as_asked(folder):
@@ -207,7 +237,8 @@ def wait_for(condition):
 
 if __name__ == "__main__":
     for test in (counts_are_those_of_the_run, more_mass_makes_steps_longer,
-                 steps_of_the_deck_add_up, patches_are_told_one_by_one, modes_are_listed_as_asked,
+                 steps_of_the_deck_add_up, patches_are_told_one_by_one,
+                 edges_of_shells_tell_the_row_they_hold, modes_are_listed_as_asked,
                  bars_of_few_elements_are_told,
                  threads_wait_shortly_unless_told):
         with tempfile.TemporaryDirectory() as place:
