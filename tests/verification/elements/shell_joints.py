@@ -1,9 +1,11 @@
-"""Joints of shells that pass moments: a disk of five patches, a strip bent into its plastic range.
+"""Joints of shells that pass moments: a disk of five patches, a strip bent into its plastic range,
+sheets at an angle and three at a line.
 
 Kirchhoff's plate of the radius R has the lowest frequency lambda/R^2 sqrt(D/(rho t)), lambda =
 10.2158 clamped and 4.9351 simply supported with a Poisson's ratio of 0.3 (A. W. Leissa, Vibration
 of Plates, NASA SP-160, 1969). The strip has a knot as often as the degree where the moment is
-largest; the reference is the same strip without it.
+largest; the reference is the same strip without it. The frames of sheets follow from beam theory,
+as their Poisson's ratio is zero.
 """
 import numpy as np
 from suite import Case
@@ -25,9 +27,22 @@ def sag(case, **settings):
     return case.run("joined_strip", **settings).probes["middle"]["displacement"][-1, 2]
 
 
+def frames(case):
+    """A wall of 20 on a floor of 40, and a stem of 20 between two such floors, pulled along x."""
+    force, floor, wall, rigidity = 0.4, 40.0, 20.0, 210000.0 * 4 / 12
+    for degrees in (90, 60):
+        rise = wall * np.sin(np.radians(degrees))
+        exact = force * (wall * rise**2 / 3 + rise**2 * floor) / rigidity
+        found = case.run("mitred_sheets", degrees=degrees).probes["tip"]["displacement"][-1, 0]
+        case.error(f"sheets at {degrees} degrees, deflection [mm]", found, exact, 0.01)
+    exact = force * (wall**2 * floor / 8 + wall**3 / 3) / rigidity
+    found = case.run("three_sheets").probes["tip"]["displacement"][-1, 0]
+    case.error("three sheets at a line, deflection [mm]", found, exact, 0.01)
+
+
 def main():
-    case = Case("Joints of shells: disk of five patches, strip in its plastic range",
-                "Leissa (1969); the strip without a joint")
+    case = Case("Joints of shells: disk of five patches, strip in its plastic range,"
+                " sheets at angles", "Leissa (1969); the strip without a joint; beams")
     lines = []
     for support in LAMBDA:
         meshes = (2, 4, 6) if case.is_long else (2, 4)
@@ -46,6 +61,7 @@ def main():
     for load in (0.1, 0.32):
         case.error(f"strip, pressure {load} MPa, deflection [mm]", sag(case, load=load),
                    sag(case, load=load, knot=0.3), 0.01)
+    frames(case)
     case.panel("elements along an eighth of the circle", "error of the frequency", lines, "log")
     case.finish()
 
