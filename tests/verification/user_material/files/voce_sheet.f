@@ -41,31 +41,4 @@ C     constant is the factor of the stiffness along axis 1.
       END DO
       END
 
-C     Return in plane stress: the modes of J. C. Simo and R. L. Taylor,
-C     IJNME 22 (1986), shrink by 1 + modulus times X, X = deqps/q.
-      SUBROUTINE KFLOW(S11,S22,S12,EQPS,PROPS)
-      INCLUDE 'ABA_PARAM.INC'
-      DIMENSION PROPS(5)
-      A = 0.5D0*PROPS(1)/(1.D0 - PROPS(2))
-      G = 0.5D0*PROPS(1)/(1.D0 + PROPS(2))
-      P = 0.5D0*(S11 + S22)
-      D = 0.5D0*(S11 - S22)
-      X = 0.D0
-      DO K = 1, 50
-        W = P/(1.D0 + A*X)
-        V = SQRT(3.D0*(D**2 + S12**2))/(1.D0 + 3.D0*G*X)
-        Q = SQRT(W**2 + V**2)
-        B = PROPS(4)*EXP(-PROPS(5)*(EQPS + X*Q))
-        F = Q - (PROPS(3) + PROPS(4) - B)
-        IF (K .EQ. 1 .AND. F .LE. 0.D0) RETURN
-        IF (ABS(F) .LE. 1.D-13*Q) EXIT
-        DQ = -(A*W**2/(1.D0 + A*X) + 3.D0*G*V**2/(1.D0 + 3.D0*G*X))/Q
-        X = X - F/(DQ - PROPS(5)*B*(Q + X*DQ))
-      END DO
-      EQPS = EQPS + X*Q
-      P = P/(1.D0 + A*X)
-      D = D/(1.D0 + 3.D0*G*X)
-      S12 = S12/(1.D0 + 3.D0*G*X)
-      S11 = P + D
-      S22 = P - D
-      END
+      INCLUDE 'parts/sheet_flow.inc'
