@@ -145,14 +145,7 @@ contains
     integer :: l
 
     associate (n => self%n_statv, m => self%n_before)
-      strain(:, :3) = state(:, m + 1:m + 3)
-      strain(:, 4:) = 0.5_wp*state(:, m + 4:m + 6)
-      if (self%is_plane) then
-        strain(:, 3) = 0.0_wp
-        strain(:, 4) = 0.5_wp*state(:, m + 3)
-      end if
-      call rotate_by_spin(context%n, spin, strain)
-      strain(:, 4:) = 2.0_wp*strain(:, 4:)
+      call turn_strain(self%is_plane, context%n, state(:, m + 1:m + 6), spin, strain)
       call rotations_of_spins(context%n, spin, rotation)
       if (self%is_plane) values = 0.0_wp
       if (.not. self%needs_gradients) call forget_gradients(values)
@@ -164,14 +157,7 @@ contains
       ok = .true.
       do l = 1, context%n
         if (.not. context%is_owner(l)) cycle
-        increment%element = int(context%element(l), c_int)
-        increment%point = int(context%point(l), c_int)
-        increment%in_layer = increment%point
-        increment%layer = 1
-        if (increment%point > context%in_plane) then
-          increment%in_layer = int(number_in_plane(context, l), c_int)
-          increment%layer = int(number_through(context, l), c_int)
-        end if
+        call name_point(context, l, increment)
         call set_values(context%n, l, n_carried(self), rotation, context%place, context%length, &
                         state(:, m + 1:), values)
         call take(self%is_plane, context%n, l, dstrain, values(at_dstrain:))
@@ -202,6 +188,38 @@ contains
     end associate
     call leave_user_call()
   end subroutine update_in_context
+
+  !> The strain that is kept after the state variables, rotated by the spin of an increment.
+  subroutine turn_strain(is_plane, n, kept, spin, strain)
+    logical, intent(in) :: is_plane
+    integer, intent(in) :: n
+    real(wp), intent(in) :: kept(n, 6), spin(n, 3)
+    real(wp), intent(out) :: strain(n, 6)
+
+    strain(:, :3) = kept(:, :3)
+    strain(:, 4:) = 0.5_wp*kept(:, 4:)
+    if (is_plane) then
+      strain(:, 3) = 0.0_wp
+      strain(:, 4) = 0.5_wp*kept(:, 3)
+    end if
+    call rotate_by_spin(n, spin, strain)
+    strain(:, 4:) = 2.0_wp*strain(:, 4:)
+  end subroutine turn_strain
+
+  !> Which element and point a call is for.
+  pure subroutine name_point(context, l, increment)
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: l
+    type(increment_t), intent(inout) :: increment
+
+    increment%element = int(context%element(l), c_int)
+    increment%point = int(context%point(l), c_int)
+    increment%in_layer = increment%point
+    increment%layer = 1
+    if (increment%point <= context%in_plane) return
+    increment%in_layer = int(number_in_plane(context, l), c_int)
+    increment%layer = int(number_through(context, l), c_int)
+  end subroutine name_point
 
   !> The values of a point but for strains and deformation gradients.
   pure subroutine set_values(n, l, n_kept, rotation, place, length, kept, values)
