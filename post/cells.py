@@ -30,21 +30,21 @@ def line_matrix(degree, n_nodes, places, is_bezier):
     return matrix
 
 
-def evaluate_grid(values, weights, places, degree):
+def evaluate_grid(values, weights, places, degrees):
     """A field given on a grid of nodes (last axis: components) at a tensor grid of places; with
-    weights the cells are rational Bezier cells."""
+    weights the cells are rational Bezier cells. A degree for each axis."""
     if weights is not None:
         values = np.concatenate([values * weights, weights], axis=-1)
     for axis, line in enumerate(places):
-        matrix = line_matrix(degree, values.shape[axis], line, weights is not None)
+        matrix = line_matrix(degrees[axis], values.shape[axis], line, weights is not None)
         values = np.moveaxis(np.tensordot(matrix, values, axes=(1, axis)), 0, axis)
     return values if weights is None else values[..., :-1] / values[..., -1:]
 
 
-def interpolate_grid(values, places, degree):
+def interpolate_grid(values, places, degrees):
     """As `evaluate_grid`, but along straight lines between the nodes: never out of their range."""
     for axis, line in enumerate(places):
-        matrix = line_matrix(1, values.shape[axis], degree * np.asarray(line), False)
+        matrix = line_matrix(1, values.shape[axis], degrees[axis] * np.asarray(line), False)
         values = np.moveaxis(np.tensordot(matrix, values, axes=(1, axis)), 0, axis)
     return values
 

@@ -6,8 +6,11 @@ MEANINGS = {"eqps": "equivalent plastic strain", "mises": "von Mises stress",
             "thickness": "thickness", "thinning": "thinning",
             "major_strain": "major strain", "minor_strain": "minor strain",
             "contact_pressure": "contact pressure", "wear": "wear",
-            "displacement": "displacement", "velocity": "velocity"}
+            "displacement": "displacement", "velocity": "velocity",
+            "N11": "membrane force 11", "N22": "membrane force 22", "N12": "membrane shear 12",
+            "M11": "bending moment 11", "M22": "bending moment 22", "M12": "torsional moment 12"}
 OF_TOOLS = "contact_pressure", "wear"
+RESULTANTS = "N11", "N22", "N12", "M11", "M22", "M12"    # of shells
 TENSOR = "xx", "yy", "zz", "xy", "yz", "xz"       # order of the components in the file
 AXES = {"stress": TENSOR, "displacement": "xyz", "velocity": "xyz"}
 PRINCIPAL = {"stress_max": (2, "largest principal stress"),
@@ -37,7 +40,8 @@ def derived(name, values):
 
 def available(results):
     """Names of all fields of a file."""
-    names = [name for name in [*MEANINGS, "stress"] if name in results.file["VTKHDF/PointData"]]
+    there = results.file["VTKHDF/PointData"]
+    names = [name for name in [*MEANINGS, "stress"] if name in there or f"{name}_top" in there]
     return [name for name in names if name != "stress"] + [
         f"{source}_{part}" for source in names for part in AXES.get(source, ())] + [
         name for name in PRINCIPAL if "stress" in names]

@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 from post.bands import round_levels
-from post.fields import MEANINGS, OF_TOOLS, PRINCIPAL, available, source_of
+from post.fields import MEANINGS, OF_TOOLS, PRINCIPAL, RESULTANTS, available, source_of
 from post.flat import draw_flat
 from post.layout import compose
 from post.mirror import parse_axes, planes_of
@@ -145,7 +145,7 @@ def check_field(results, field, tool):
     if field not in names:
         hint = ""
         for source, option in (("stress", "STRESS"), ("contact_pressure", "CONTACT"),
-                               ("wear", "WEAR")):
+                               ("wear", "WEAR"), *((name, "RESULTANTS") for name in RESULTANTS)):
             if source_of(field) == source:
                 hint = f"; the deck asks for it by *OUTPUT, FIELDS={option}"
         raise ResultsError(f"there is no field {field} in '{results.path}'; it has "
@@ -218,7 +218,7 @@ def time_text(results, frame):
 def label_of(results, field):
     """Meaning and unit."""
     source = source_of(field)
-    unit = results.unit(f"VTKHDF/PointData/{source}")
+    unit = results.unit_of_field(source)
     meaning = PRINCIPAL.get(field, (0, MEANINGS.get(field)))[1]
     meaning = meaning or f"{source} {field.removeprefix(source + '_')}"
     return meaning if unit == "1" else f"{meaning} [{unit}]"

@@ -26,6 +26,9 @@ def open_results(path):
     return file
 
 
+LAYERS = "bottom", "middle", "top"     # of a shell that is written as its mid-surface
+
+
 class Results:
     """An open results file. Arrays are in C order: indices (zeta, eta, xi)."""
 
@@ -41,6 +44,7 @@ class Results:
             raise ResultsError(f"'{path}' holds no frame yet")
         self.n_points = int(self.file["VTKHDF/NumberOfPoints"][0])
         self.is_bezier = "RationalWeights" in self.file["VTKHDF/PointData"]
+        self.is_surface = "normal" in self.file["VTKHDF/PointData"]
         self.patches = []
         for folder in self._patch_folders():
             first = sum(patch.n_points for patch in self.patches)
@@ -94,6 +98,10 @@ class Results:
 
     def unit(self, dataset):
         return text_of(self.file[dataset].attrs.get("unit", b""))
+
+    def unit_of_field(self, name):
+        folder = self.file["VTKHDF/PointData"]
+        return self.unit(f"VTKHDF/PointData/{name if name in folder else name + '_top'}")
 
     def frame(self, number=None, time=None):
         """Index of a frame by number (from 0, negative from the end) or by the nearest time."""
@@ -181,7 +189,8 @@ class Results:
 
 
 class Patch:
-    """One patch of the blank with its display points."""
+    """One patch of the blank with its display points. A shell that is written as its mid-surface is
+    a sheet of three layers of points here, of which the outer ones lie on its faces."""
 
     def __init__(self, results, name, first):
         self.results, self.name, self.first = results, name, first
@@ -190,14 +199,41 @@ class Patch:
         self.degrees = group["degrees"][:]
         self.n_elements = np.array([len(np.unique(group[f"knots_{d}"][:])) - 1 for d in (1, 2, 3)])
         self.degree = int(self.degrees.max())
-        self.grid = tuple(self.degree * self.n_elements[::-1] + 1)
-        self.n_points = int(np.prod(self.grid))
+        self.cell_degrees = np.array([self.degree] * 3)     # along zeta, eta, xi
+        if results.is_surface:
+            self.cell_degrees[0] = len(LAYERS) - 1
+        self.grid = tuple(self.cell_degrees * self.n_elements[::-1] + 1)
+        self.n_points = int(np.prod(self.grid)) // (len(LAYERS) if results.is_surface else 1)
 
     def field(self, name, frame):
         """A field on the grid of display points."""
-        values = self.results.point_data(fields.source_of(name), frame)
-        values = values[self.first:self.first + self.n_points].reshape(*self.grid, -1)
-        return fields.derived(name, values)
+        source = fields.source_of(name)
+        values = self._layers(source, frame) if self.results.is_surface else \
+            self._values(source, frame)
+        return fields.derived(name, values.reshape(*self.grid, -1))
+
+    def _values(self, name, frame):
+        """A dataset at the display points."""
+        return self.results.point_data(name, frame)[self.first:self.first + self.n_points]
+
+    def _layers(self, name, frame):
+        """A field at the three layers of a shell, from the datasets of its mid-surface."""
+        if f"{name}_top" in self.results.file["VTKHDF/PointData"]:
+            there = [layer for layer in LAYERS
+                     if f"{name}_{layer}" in self.results.file["VTKHDF/PointData"]]
+            values = {layer: self._values(f"{name}_{layer}", frame) for layer in there}
+            return np.stack([values.get(layer, np.zeros(self.n_points)) for layer in LAYERS])
+        values = np.stack([self._values(name, frame)] * len(LAYERS))
+        if name in ("Points", "displacement"):
+            to_top = self._to_top(frame)
+            if name == "displacement":
+                to_top = to_top - self._to_top(0)
+            values += np.multiply.outer([-1, 0, 1], to_top)
+        return values
+
+    def _to_top(self, frame):
+        """From the mid-surface to the top face."""
+        return 0.5 * self._values("thickness", frame)[:, None] * self._values("normal", frame)
 
     def points(self, name):
         """A dataset of /points of this patch, on the grid of the integration points."""
@@ -209,9 +245,9 @@ class Patch:
         as the cells have them, scalars stay in the range of their nodes."""
         values = self.field(name, frame)
         if values.shape[-1] == 1:
-            return cells.interpolate_grid(values, (zeta, eta, xi), self.degree)
+            return cells.interpolate_grid(values, (zeta, eta, xi), self.cell_degrees)
         weights = self.field("RationalWeights", frame) if self.results.is_bezier else None
-        return cells.evaluate_grid(values, weights, (zeta, eta, xi), self.degree)
+        return cells.evaluate_grid(values, weights, (zeta, eta, xi), self.cell_degrees)
 
 
 def counted(n, noun, nouns=None):

@@ -67,6 +67,8 @@ module run_forecast
   real(wp), parameter :: fewest_steps = 300.0_wp !! a run of fewer counts as one of so many
   integer, parameter :: values_of_node = 12      !! of a display point of the blank
   integer, parameter :: values_of_stress = 6     !! more, if the deck asks for the tensor
+  integer, parameter :: values_of_resultants = 6 !! or for those of a shell
+  integer, parameter :: n_layers = 3             !! as many in a point of a mid-surface
   integer, parameter :: values_of_tool_node = 7  !! the others are empty and cost little
   integer, parameter :: values_of_point = 7      !! of an integration point, without state
 
@@ -204,13 +206,20 @@ contains
   real(wp) function frame_values(model) result(n)
     type(model_t), intent(in) :: model
     real(wp) :: length
-    integer :: p, t, s, n_node
+    integer :: p, t, s, n_node, n_axes
 
     n_node = values_of_node + merge(values_of_stress, 0, model%output%has_stress)
+    n_axes = 3
+    if (model%output%is_surface) then
+      n_node = n_layers*n_node
+      n_axes = 2
+    end if
+    n_node = n_node + merge(values_of_resultants, 0, model%output%has_resultants)
     n = 0.0_wp
     do p = 1, size(model%bodies%blank%parts)
       associate (element => model%bodies%blank%parts(p)%element)
-        n = n + n_node*product(real(maxval(element%grid%axes%degree)*element%n_elements + 1, wp)) &
+        n = n + n_node*product(real(maxval(element%grid%axes%degree) &
+                                    *element%n_elements(:n_axes) + 1, wp)) &
             + (values_of_point + model%bodies%blank%law%n_state) &
             *real(product(element%rule%n), wp)*product(element%n_elements)
       end associate

@@ -85,8 +85,10 @@ contains
       if (allocated(material%state_names)) setup%state_names = material%state_names
     end associate
     setup%is_bezier = scene%output%is_bezier
+    setup%is_surface = scene%output%is_surface
     setup%fields = output_fields(count([scene%output%has_pressure, scene%output%has_wear]), &
-                                 scene%output%has_stress)
+                                 scene%output%has_stress, scene%output%has_resultants, &
+                                 scene%output%is_surface)
     setup%width_ratio = model%width_ratio
     setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
                        /model%bodies%blank%mass_factor

@@ -46,7 +46,7 @@ contains
   end function new_unit_system
 
   !> Unit of a quantity: length, time, velocity, mass, force, stress, energy, momentum,
-  !! angular momentum, moment of a force, volume, wear (stress times length) or 1.
+  !! angular momentum, moment of a force, force/length, volume, wear (stress times length) or 1.
   pure function unit_of(units, quantity) result(unit)
     type(unit_system_t), intent(in) :: units
     character(*), intent(in) :: quantity
@@ -69,6 +69,8 @@ contains
       unit = units%mass//"*"//units%length//"^2/"//units%time
     case ("force")
       unit = units%force
+    case ("force/length")
+      unit = units%force//"/"//units%length
     case ("moment")
       unit = units%force//"*"//units%length
     case ("stress")

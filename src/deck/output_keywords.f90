@@ -105,7 +105,7 @@ contains
     type(output_spec_t), intent(inout) :: output
     type(error_list_t), intent(inout) :: errors
     type(string_t), allocatable :: fields(:)
-    logical :: is_bezier
+    character(:), allocatable :: cells
     integer :: i
 
     i = first_record(deck, "OUTPUT", number)
@@ -119,10 +119,15 @@ contains
       output%has_pressure = output%has_pressure .or. output%has_wear .or. &
                             is_among("CONTACT", fields)
       output%has_stress = output%has_stress .or. is_among("STRESS", fields)
-      is_bezier = option_text(record, "CELLS") == "BEZIER"
-      if (number == 1) output%is_bezier = is_bezier
-      if (is_option_given(record, "CELLS") .and. (is_bezier .neqv. output%is_bezier)) &
-        call add_error(errors, output%origin, "CELLS="//option_text(record, "CELLS")// &
+      output%has_resultants = output%has_resultants .or. is_among("RESULTANTS", fields)
+      cells = option_text(record, "CELLS")
+      if (number == 1) then
+        output%is_bezier = cells == "BEZIER"
+        output%is_surface = cells == "SURFACE"
+      end if
+      if (is_option_given(record, "CELLS") .and. ((cells == "BEZIER" .neqv. output%is_bezier) &
+          .or. (cells == "SURFACE" .neqv. output%is_surface))) &
+        call add_error(errors, output%origin, "CELLS="//cells// &
                        ", which are not those of the first step", "the cells in the first "// &
                        "step alone; they apply in all steps")
     end associate

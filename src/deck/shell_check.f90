@@ -1,14 +1,15 @@
 !> What a deck asks of shells that shells cannot do, or that they do in another way than solids.
 module shell_check
   use text, only: to_text, rounded_text, counted
+  use keyword_spec, only: is_among, list_entries
   use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t, patch_spec_t
   use knot_vector, only: n_spans
-  use deck_records, only: parsed_deck_t, find_records
+  use deck_records, only: parsed_deck_t, find_records, option_text
   implicit none
   private
 
-  public :: check_shell, check_shell_masses
+  public :: check_shell, check_shell_masses, check_shell_output
 
   integer, parameter :: least_layers = 4   ! fewer leave too much of the moment of a plastic sheet
 
@@ -81,6 +82,28 @@ contains
       end if
     end associate
   end subroutine check_points
+
+  !> Refuse output of a mid-surface where there is none.
+  subroutine check_shell_output(deck, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(in) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: found(:)
+    integer :: i
+
+    if (scene%blank%is_shell) return
+    found = find_records(deck, "OUTPUT")
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (option_text(record, "CELLS") == "SURFACE") call add_error(errors, record%origin, &
+          "CELLS=SURFACE with a blank of solid elements", "CELLS=LAGRANGE, or ELEMENT=SHELL "// &
+          "of *BLANK")
+        if (is_among("RESULTANTS", list_entries(option_text(record, "FIELDS")))) &
+          call add_error(errors, record%origin, "FIELDS=RESULTANTS with a blank of solid "// &
+          "elements", "FIELDS=STRESS, or ELEMENT=SHELL of *BLANK")
+      end associate
+    end do
+  end subroutine check_shell_output
 
   !> Refuse masses scaled through the thickness.
   subroutine check_shell_masses(deck, scene, errors)

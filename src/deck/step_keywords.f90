@@ -238,10 +238,12 @@ contains
     scene%output%has_pressure = next%output%has_pressure
     scene%output%has_wear = next%output%has_wear
     scene%output%has_stress = next%output%has_stress
+    scene%output%has_resultants = next%output%has_resultants
     do i = 1, size(scene%later_steps)
       scene%later_steps(i)%output%has_pressure = next%output%has_pressure
       scene%later_steps(i)%output%has_wear = next%output%has_wear
       scene%later_steps(i)%output%has_stress = next%output%has_stress
+      scene%later_steps(i)%output%has_resultants = next%output%has_resultants
     end do
   end subroutine read_steps
 

@@ -69,6 +69,7 @@ module element
     ! These serve a kind that has no more to say on the matter.
     procedure :: trial_forces => forces_of_a_copy
     procedure :: read_points => read_elements
+    procedure :: read_resultants => no_resultants
     procedure :: jacobian => jacobian_of_grid
     procedure :: surface => surface_of_grid
     procedure :: body => grid_of_body
@@ -303,6 +304,15 @@ contains
       if (eqps_state > 0) eqps(:, :, :, e(1), e(2), e(3)) = own_state(eqps_state, :, :, :)
     end do
   end subroutine read_elements
+
+  !> Forces and moments per length of the points along a shell, N11 N22 N12 M11 M22 M12: axis 1 of
+  !! the point lies along that of the grid, axis 2 across it in the surface.
+  subroutine no_resultants(self, resultants)
+    class(element_t), intent(in) :: self
+    real(wp), intent(out) :: resultants(:, :, :, :, :)   !! (6, q1, q2, e1, e2)
+
+    resultants = 0.0_wp
+  end subroutine no_resultants
 
   !> Jacobian by element-local coordinates, and position, of an integration point.
   pure subroutine jacobian_of_grid(self, grid, element, point, j, x)

@@ -7,7 +7,8 @@ module display_fields
   use nurbs_solid, only: nurbs_solid_t, face_axes
   use surface_grid, only: surface_grid_t, grid_values
   use line_operator, only: equal_positions, joined_positions
-  use display_grid, only: display_grid_t, display_scalars, display_thickness, display_vectors, &
+  use display_grid, only: display_grid_t, display_directors, display_scalars, &
+                          display_surface_scalars, display_thickness, display_vectors, &
                           mises_stress, point_grid
   use point_geometry, only: plane_strains, point_geometry_t
   use tool_mesh, only: carried
@@ -23,9 +24,9 @@ module display_fields
 
   !> A field in the file.
   type :: display_field_t
-    character(16) :: name
-    character(8) :: quantity                 !! as `unit_of` takes it
-    character(80) :: description
+    character(24) :: name
+    character(12) :: quantity                 !! as `unit_of` takes it
+    character(112) :: description
     integer :: n_components = 1
     character(24) :: components = ""         !! their names, if they need any
   end type display_field_t
@@ -66,6 +67,8 @@ module display_fields
     real(wp), allocatable :: eqps(:, :, :, :, :, :)     !! (q1, q2, q3, e1, e2, e3)
     real(wp), allocatable :: stress(:, :, :, :, :, :, :)   !! (6, q1, q2, q3, e1, e2, e3)
     real(wp), allocatable :: state(:, :, :, :, :, :, :)    !! (n_state, q1, ..., e3) if n_state > 0
+    !> Of shells: N11 N22 N12 M11 M22 M12, (6, q1, q2, e1, e2); missing unless asked for.
+    real(wp), allocatable :: resultants(:, :, :, :, :)
     type(face_field_t), allocatable :: contacts(:)         !! may be missing
   end type patch_frame_t
 
@@ -125,42 +128,113 @@ contains
 
   !> All output fields in the order of the file. Threads start with the last entries: long ones come
   !! late.
-  function output_fields(n_contact, has_stress) result(entries)
+  function output_fields(n_contact, has_stress, has_resultants, is_surface) result(entries)
     integer, intent(in) :: n_contact    !! contact fields: 0 none, 1 pressure, 2 and wear
     logical, intent(in) :: has_stress   !! stress tensor
+    logical, intent(in), optional :: has_resultants   !! of shells
+    logical, intent(in), optional :: is_surface       !! the mid-surface of shells is shown
     type(field_entry_t), allocatable :: entries(:)
-    type(display_field_t) :: contact(2)
+    integer :: n_layers
 
+    n_layers = 1
+    if (present(is_surface)) n_layers = merge(3, 1, is_surface)
     call add_entry(entries, [display_field_t("displacement", "length", &
       "displacement since the start", n_components=3)], displacement_on_patch, &
       displacement_on_tools)
     call add_entry(entries, [display_field_t("velocity", "velocity", "velocity", &
       n_components=3)], velocity_on_patch, velocity_on_tools)
-    call add_entry(entries, [display_field_t("eqps", "1", &
-      "equivalent plastic strain (NaN on tools)")], plastic_strain)
-    call add_entry(entries, [display_field_t("mises", "stress", &
-      "von Mises stress (NaN on tools)")], von_mises_stress)
-    call add_entry(entries, [display_field_t("thickness", "length", &
-      "distance between both faces (NaN on tools)"), display_field_t("thinning", "1", &
-      "loss of thickness over that at the start (NaN on tools)")], thickness_and_thinning)
-    call add_entry(entries, [display_field_t("major_strain", "1", &
-      "major logarithmic strain in the sheet's plane (NaN on tools)"), &
-      display_field_t("minor_strain", "1", &
-      "minor logarithmic strain in the sheet's plane (NaN on tools)")], sheet_strains)
-    contact = [display_field_t("contact_pressure", "stress", "pressure of contact"), &
-      display_field_t("wear", "wear", "contact pressure times slip since the start (NaN on blank)")]
-    if (n_contact > 0) &
-      call add_entry(entries, contact(:n_contact), contact_on_patch, contact_on_tools)
-    if (has_stress) call add_entry(entries, [display_field_t("stress", "stress", &
-      "Cauchy stress (NaN on tools)", n_components=6, components="xx, yy, zz, xy, yz, xz")], &
-      stress_tensor)
+    call add_entry(entries, in_layers(n_layers, display_field_t("eqps", "1", &
+      "equivalent plastic strain (NaN on tools)")), plastic_strain)
+    call add_entry(entries, in_layers(n_layers, display_field_t("mises", "stress", &
+      "von Mises stress (NaN on tools)")), von_mises_stress)
+    call add_thickness(n_layers > 1, entries)
+    call add_entry(entries, [in_layers(n_layers, display_field_t("major_strain", "1", &
+      "major logarithmic strain in the sheet's plane (NaN on tools)")), &
+      in_layers(n_layers, display_field_t("minor_strain", "1", &
+      "minor logarithmic strain in the sheet's plane (NaN on tools)"))], sheet_strains)
+    call add_contact(n_contact, n_layers > 1, entries)
+    if (has_stress) call add_entry(entries, in_layers(n_layers, display_field_t("stress", &
+      "stress", "Cauchy stress (NaN on tools)", n_components=6, &
+      components="xx, yy, zz, xy, yz, xz")), stress_tensor)
+    if (.not. present(has_resultants)) return
+    if (has_resultants) call add_entry(entries, resultant_fields(), resultants_on_patch)
   end function output_fields
+
+  !> Thickness and what follows from both faces.
+  subroutine add_thickness(is_surface, entries)
+    logical, intent(in) :: is_surface
+    type(field_entry_t), allocatable, intent(inout) :: entries(:)
+    type(display_field_t) :: fields(3)
+
+    fields = [display_field_t("thickness", "length", &
+      "distance between both faces (NaN on tools)"), display_field_t("thinning", "1", &
+      "loss of thickness over that at the start (NaN on tools)"), display_field_t("normal", "1", &
+      "unit vector from the bottom to the top face (NaN on tools)", n_components=3)]
+    if (is_surface) then
+      call add_entry(entries, fields, thickness_and_normal)
+    else
+      call add_entry(entries, fields(:2), thickness_and_thinning)
+    end if
+  end subroutine add_thickness
+
+  !> Contact pressure and wear; on a surface, of both faces of the sheet apart from tools.
+  subroutine add_contact(n, is_surface, entries)
+    integer, intent(in) :: n            !! of the fields, as of `output_fields`
+    logical, intent(in) :: is_surface
+    type(field_entry_t), allocatable, intent(inout) :: entries(:)
+    type(display_field_t) :: fields(2)
+
+    if (n == 0) return
+    fields = [display_field_t("contact_pressure", "stress", "pressure of contact"), &
+      display_field_t("wear", "wear", "contact pressure times slip since the start (NaN on blank)")]
+    if (is_surface) then
+      call add_entry(entries, [display_field_t("contact_pressure_bottom", "stress", &
+        "pressure of contact on the bottom face (NaN on tools)"), &
+        display_field_t("contact_pressure_top", "stress", &
+        "pressure of contact on the top face (NaN on tools)")], contact_on_faces)
+      call add_entry(entries, fields(:n), on_tools=contact_on_tools)
+    else
+      call add_entry(entries, fields(:n), contact_on_patch, contact_on_tools)
+    end if
+  end subroutine add_contact
+
+  !> A field, or one for each layer that a surface shows.
+  pure function in_layers(n_layers, field) result(fields)
+    integer, intent(in) :: n_layers           !! 1 or 3
+    type(display_field_t), intent(in) :: field
+    type(display_field_t) :: fields(n_layers)
+    character(6), parameter :: layers(3) = [character(6) :: "bottom", "middle", "top"]
+    integer :: i
+
+    fields = field
+    if (n_layers == 1) return
+    do i = 1, n_layers
+      fields(i)%name = trim(field%name)//"_"//layers(i)
+      fields(i)%description = trim(layers(i))//": "//field%description
+    end do
+  end function in_layers
+
+  !> Forces and moments per length in the mid-surface of shells.
+  pure function resultant_fields() result(fields)
+    type(display_field_t) :: fields(6)
+    character(*), parameter :: ends(3) = [" along axis 1           ", " across axis 1          ", &
+                                          " of shear and of torsion"]
+    character(2), parameter :: places(3) = ["11", "22", "12"]
+    integer :: i
+
+    do i = 1, 3
+      fields(i) = display_field_t("N"//places(i), "force/length", &
+        "membrane force per length"//trim(ends(i))//" (NaN on tools)")
+      fields(i + 3) = display_field_t("M"//places(i), "force", &
+        "bending moment per length"//trim(ends(i))//", positive: tension on top (NaN on tools)")
+    end do
+  end function resultant_fields
 
   !> Append an entry to a list.
   subroutine add_entry(entries, fields, on_patch, on_tools)
     type(field_entry_t), allocatable, intent(inout) :: entries(:)
     type(display_field_t), intent(in) :: fields(:)       !! computed together
-    procedure(patch_values) :: on_patch
+    procedure(patch_values), optional :: on_patch        !! absent: NaN on the blank
     procedure(tool_values), optional :: on_tools         !! absent: NaN on tools
     type(field_entry_t), allocatable :: longer(:)
     integer :: n
@@ -170,7 +244,7 @@ contains
     allocate (longer(n + 1))
     if (n > 0) longer(:n) = entries
     longer(n + 1)%fields = fields
-    longer(n + 1)%on_patch => on_patch
+    if (present(on_patch)) longer(n + 1)%on_patch => on_patch
     if (present(on_tools)) longer(n + 1)%on_tools => on_tools
     call move_alloc(longer, entries)
   end subroutine add_entry
@@ -258,7 +332,7 @@ contains
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    values(:, 1) = display_scalars(view%grid, view%eqps)
+    values = reshape(display_scalars(view%grid, view%eqps), shape(values))
   end subroutine plastic_strain
 
   subroutine von_mises_stress(view, frame, values)
@@ -266,7 +340,7 @@ contains
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    values(:, 1) = display_scalars(view%grid, mises_stress(view%stress))
+    values = reshape(display_scalars(view%grid, mises_stress(view%stress)), shape(values))
   end subroutine von_mises_stress
 
   !> Components in VTK's order, which has yz before xz.
@@ -278,7 +352,8 @@ contains
     integer :: i
 
     do i = 1, 6
-      values(:, i) = display_scalars(view%grid, view%stress(order(i), :))
+      values(:, i::6) = reshape(display_scalars(view%grid, view%stress(order(i), :)), &
+                                [size(values, 1), size(values, 2)/6])
     end do
   end subroutine stress_tensor
 
@@ -291,14 +366,45 @@ contains
     values(:, 2) = 1.0_wp - values(:, 1)/view%thickness
   end subroutine thickness_and_thinning
 
-  subroutine sheet_strains(view, frame, values)
+  subroutine thickness_and_normal(view, frame, values)
     type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    values(:, 1) = display_scalars(view%grid, view%strains(1, :))
-    values(:, 2) = display_scalars(view%grid, view%strains(2, :))
+    values(:, 3:) = display_directors(view%grid, frame%points)
+    values(:, 1) = norm2(values(:, 3:), 2)
+    values(:, 2) = 1.0_wp - values(:, 1)/view%thickness
+    values(:, 3:) = values(:, 3:)/spread(values(:, 1), 2, 3)
+  end subroutine thickness_and_normal
+
+  subroutine sheet_strains(view, frame, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+    integer :: i, n
+
+    n = size(values, 2)/2
+    do i = 1, 2
+      values(:, n*(i - 1) + 1:n*i) = reshape(display_scalars(view%grid, view%strains(i, :)), &
+                                             [size(values, 1), n])
+    end do
   end subroutine sheet_strains
+
+  subroutine resultants_on_patch(view, frame, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+    real(wp), allocatable :: at_points(:, :)
+    integer :: i, n(3)
+
+    if (.not. allocated(frame%resultants)) return
+    n = [view%rule_size(:2), 1]
+    at_points = reshape(point_grid(6, n, [view%grid%n_elements(:2), 1], frame%resultants), &
+                        [6, size(frame%resultants)/6])
+    do i = 1, 6
+      values(:, i) = [display_surface_scalars(view%grid, at_points(i, :))]
+    end do
+  end subroutine resultants_on_patch
 
   subroutine contact_on_patch(view, frame, values)
     type(patch_view_t), intent(in) :: view
@@ -307,8 +413,18 @@ contains
 
     values(:, 1) = 0.0_wp
     values(:, 2:) = ieee_value(1.0_wp, ieee_quiet_nan)
-    call add_face_fields(view, frame, values(:, 1))
+    call add_face_fields(view, frame, view%grid%n, values(:, 1))
   end subroutine contact_on_patch
+
+  !> On both faces of a surface.
+  subroutine contact_on_faces(view, frame, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    values = 0.0_wp
+    call add_face_fields(view, frame, [view%grid%n(:2), 2], values)
+  end subroutine contact_on_faces
 
   subroutine contact_on_tools(view, frame, values)
     type(tools_view_t), intent(in) :: view
@@ -334,16 +450,17 @@ contains
   end subroutine contact_on_tools
 
   !> Add the pressures on the faces of a patch to a field that is zero elsewhere.
-  pure subroutine add_face_fields(view, fields, values)
+  pure subroutine add_face_fields(view, fields, n, values)
     type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: fields
-    real(wp), intent(inout) :: values(view%grid%n(1), view%grid%n(2), view%grid%n(3))
+    integer, intent(in) :: n(3)
+    real(wp), intent(inout) :: values(n(1), n(2), n(3))
     real(wp), allocatable :: xi(:), eta(:), own(:, :)
     integer :: i, axes(2), layer
 
     if (.not. allocated(fields%contacts)) return
     do i = 1, size(fields%contacts)
-      associate (contact => fields%contacts(i), solid => view%solid, n => view%grid%n, &
+      associate (contact => fields%contacts(i), solid => view%solid, &
                  positions => equal_positions(view%grid%degree))
         axes = face_axes(contact%face)
         xi = joined_positions(solid%axes(axes(1)), positions)

@@ -6,6 +6,9 @@
 !! over direction by direction: linear between the points of an element, constant outside the
 !! outermost ones, then the mean over the elements that share the display point; a value at a
 !! display point is therefore never outside the range of the values around it.
+!!
+!! A sheet may be shown as its mid-surface: cells that are surfaces, with a value of each such field
+!! at the lowest layer of integration points, at the middle and at the highest layer.
 module display_grid
   use kinds, only: wp
   use gauss_rule, only: gauss_rule_t
@@ -17,6 +20,7 @@ module display_grid
   private
 
   public :: display_grid_t, new_display_grid, display_vectors, display_scalars, display_thickness
+  public :: display_directors, display_surface_scalars
   public :: point_grid, mises_stress
 
   !> Display points of a blank and the ways to them. All grids have axis 1 fastest.
@@ -25,6 +29,7 @@ module display_grid
     integer :: n_elements(3) = 0
     integer :: n(3) = 0                              !! display points per direction
     logical :: is_rational = .false.
+    logical :: is_surface = .false.                  !! the mid-surface alone, n(3) = 1
     type(line_operator_t) :: basis(3)                !! from control points
     type(line_operator_t) :: spread(3)               !! from integration points
     real(wp), allocatable :: control_weights(:)      !! of the solid, (n1*n2*n3)
@@ -33,12 +38,15 @@ module display_grid
 
 contains
 
-  !> Display points for a solid whose elements carry these integration points.
-  pure function new_display_grid(solid, rule, is_bezier) result(grid)
+  !> Display points for a solid whose elements carry these integration points. As a surface it is
+  !! one linear element through the thickness.
+  pure function new_display_grid(solid, rule, is_bezier, is_surface) result(grid)
     type(nurbs_solid_t), intent(in) :: solid
     type(gauss_rule_t), intent(in) :: rule(3)
     logical, intent(in) :: is_bezier
+    logical, intent(in), optional :: is_surface
     type(display_grid_t) :: grid
+    real(wp), parameter :: faces_and_middle(3) = [-1.0_wp, 0.0_wp, 1.0_wp]
     integer :: d
 
     grid%degree = maxval(solid%axes%degree)
@@ -53,6 +61,11 @@ contains
         grid%spread(d) = spread_operator(rule(d)%points, positions, grid%n_elements(d))
       end associate
     end do
+    if (present(is_surface)) grid%is_surface = is_surface
+    if (grid%is_surface) then
+      grid%basis(3) = basis_operator(solid%axes(3), faces_and_middle(2:2), 0, is_joined=.false.)
+      grid%spread(3) = spread_operator(rule(3)%points, faces_and_middle, 1)
+    end if
     grid%n = grid%basis%n_out
     grid%control_weights = [solid%weights]
     grid%is_rational = maxval(solid%weights) > minval(solid%weights)
@@ -76,14 +89,40 @@ contains
   end function display_vectors
 
   !> A scalar field given at the integration points (as `point_grid` orders them), at the display
-  !! points.
+  !! points; of a surface all values at the bottom, then those at the middle and at the top.
   pure function display_scalars(grid, field) result(values)
     type(display_grid_t), intent(in) :: grid
     real(wp), intent(in) :: field(product(grid%spread%n_in))
-    real(wp) :: values(product(grid%n))
+    real(wp) :: values(product(grid%spread%n_out))
 
     values = apply_tensor(grid%spread, field)
   end function display_scalars
+
+  !> A scalar field given at the integration points along the sheet, at the display points: the same
+  !! for all points of a column.
+  pure function display_surface_scalars(grid, field) result(values)
+    type(display_grid_t), intent(in) :: grid
+    real(wp), intent(in) :: field(product(grid%spread(:2)%n_in))
+    real(wp) :: values(grid%n(1)*grid%n(2), grid%n(3))
+
+    values = spread(apply_tensor(grid%spread(:2), field), 2, grid%n(3))
+  end function display_surface_scalars
+
+  !> From the lower to the upper face of a sheet, at the display points of a surface.
+  pure function display_directors(grid, points) result(directors)
+    type(display_grid_t), intent(in) :: grid
+    !> Control points of both faces.
+    real(wp), intent(in) :: points(product(grid%basis(:2)%n_in), 2, 3)
+    real(wp) :: directors(product(grid%n), 3)
+    integer :: i
+
+    associate (weights => grid%control_weights(:size(points, 1)))
+      do i = 1, 3
+        directors(:, i) = apply_tensor(grid%basis(:2), weights*(points(:, 2, i) &
+                                                                - points(:, 1, i)))/grid%weights
+      end do
+    end associate
+  end function display_directors
 
   !> Thickness [length]: the distance between the display points of both faces, the same for all
   !! points of a column.

@@ -3,7 +3,8 @@ module frame_values
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use display_grid, only: display_thickness, display_vectors, new_display_grid
+  use display_grid, only: display_directors, display_grid_t, display_thickness, display_vectors, &
+                          new_display_grid
   use display_fields, only: derive_part, display_field_t, field_entry_t, fields_of, first_columns, &
                             frame_t, n_derived_parts, output_fields, patch_view_t, tools_view_t
   use point_geometry, only: new_point_geometry
@@ -47,6 +48,7 @@ module frame_values
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
+    logical :: is_surface = .false.                     !! the mid-surface of shells alone
     type(field_entry_t), allocatable :: fields(:)       !! missing: the usual ones
     real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
     real(wp) :: width_ratio = 1.0_wp                    !! full width over that of the blank
@@ -98,10 +100,9 @@ contains
           view%name = patch%name
           view%solid = patch%solid
           view%rule_size = patch%rule%n
-          view%grid = new_display_grid(patch%solid, patch%rule, setup%is_bezier)
+          view%grid = new_display_grid(patch%solid, patch%rule, setup%is_bezier, setup%is_surface)
           view%geometry = new_point_geometry(patch%solid, patch%rule)
-          view%thickness = [display_thickness(view%grid, display_vectors(view%grid, reshape( &
-            patch%solid%points, [size(patch%solid%weights), 3])))]
+          view%thickness = thickness_of(view%grid, patch%solid)
         end associate
       else
         associate (tool => setup%tools(tools(job - n_patches)))
@@ -114,9 +115,16 @@ contains
     allocate (weights(0), display%last(n_patches))
     do i = 1, n_patches
       associate (grid => display%patches(i)%grid)
-        call add_cells(cells, cells_on_grid(grid%degree, grid%n_elements, &
-                                            size(weights, kind=int64)), &
-                       merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, display%is_bezier), 0)
+        if (grid%is_surface) then
+          call add_cells(cells, cells_on_grid(grid%degree, grid%n_elements(:2), &
+                                              size(weights, kind=int64)), &
+                         vtk_lagrange_quadrilateral, 0)
+        else
+          call add_cells(cells, cells_on_grid(grid%degree, grid%n_elements, &
+                                              size(weights, kind=int64)), &
+                         merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, &
+                               display%is_bezier), 0)
+        end if
         weights = [weights, grid%weights]
       end associate
       display%last(i) = size(weights)
@@ -124,6 +132,20 @@ contains
     call place_tools(display, meshes, tools, surfaces, cells, weights)
     display%n_points = size(weights)
   end subroutine new_display
+
+  !> Thickness at the display points at the start.
+  pure function thickness_of(grid, solid) result(thickness)
+    type(display_grid_t), intent(in) :: grid
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), allocatable :: thickness(:)
+
+    if (grid%is_surface) then
+      thickness = norm2(display_directors(grid, solid%points), 2)
+    else
+      thickness = [display_thickness(grid, display_vectors(grid, reshape( &
+        solid%points, [size(solid%weights), 3])))]
+    end if
+  end function thickness_of
 
   !> Cells and weights of the tools after those of the blank, and their display points.
   subroutine place_tools(display, meshes, tools, surfaces, cells, weights)

@@ -448,8 +448,8 @@ contains
     reason = ""
     call new_display(setup, display, cells, weights)
     call compare("FIELDS", fields_word(names), fields_word(strings(display%fields%name)), reason)
-    call compare("CELLS", merge("BEZIER  ", "LAGRANGE", has_name(names, weights_name)), &
-                 merge("BEZIER  ", "LAGRANGE", setup%is_bezier), reason)
+    call compare("CELLS", cells_word(has_name(names, weights_name), has_name(names, "normal")), &
+                 cells_word(setup%is_bezier, setup%is_surface), reason)
     if (reason /= "") return
     ! What follows from no option: a result of another version of the program.
     do i = 1, size(display%fields)
@@ -475,19 +475,31 @@ contains
              ", and the deck now has "//option//"="//trim(now)
   end subroutine compare
 
+  pure function cells_word(is_bezier, is_surface) result(word)
+    logical, intent(in) :: is_bezier, is_surface
+    character(:), allocatable :: word
+
+    word = "LAGRANGE"
+    if (is_bezier) word = "BEZIER"
+    if (is_surface) word = "SURFACE"
+  end function cells_word
+
   !> The value of FIELDS that gives these fields.
   pure function fields_word(names) result(word)
     type(string_t), intent(in) :: names(:)
     character(:), allocatable :: word
-    character(7), parameter :: words(0:2) = [character(7) :: "NONE", "CONTACT", "WEAR"]
 
-    word = trim(words(count([has_name(names, "contact_pressure"), has_name(names, "wear")])))
-    if (.not. has_name(names, "stress")) return
-    if (word == "NONE") then
-      word = "STRESS"
-    else
-      word = '"'//word//', STRESS"'
+    word = ""
+    if (has_name(names, "wear")) then
+      word = ", WEAR"
+    else if (has_name(names, "contact_pressure")) then
+      word = ", CONTACT"
     end if
+    if (has_name(names, "stress") .or. has_name(names, "stress_top")) word = word//", STRESS"
+    if (has_name(names, "N11")) word = word//", RESULTANTS"
+    if (word == "") word = ", NONE"
+    word = word(3:)
+    if (index(word, ",") > 0) word = '"'//word//'"'
   end function fields_word
 
   !> Write a solid or a surface: degrees, knots, weights and control points.

@@ -222,6 +222,8 @@ module scene
     logical :: has_pressure = .false.       !! contact pressure as a field
     logical :: has_wear = .false.           !! wear of the tools as well
     logical :: has_stress = .false.         !! stress tensor as a field
+    logical :: is_surface = .false.         !! shells as their mid-surface
+    logical :: has_resultants = .false.     !! forces and moments of shells as fields
   end type output_spec_t
 
   !> A step that follows others.

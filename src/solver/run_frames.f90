@@ -34,6 +34,7 @@ contains
         allocate (fields%eqps(q(1), q(2), q(3), n(1), n(2), n(3)), source=0.0_wp)
         allocate (fields%stress(6, q(1), q(2), q(3), n(1), n(2), n(3)))
         allocate (fields%state(n_shown, q(1), q(2), q(3), n(1), n(2), n(3)))
+        if (model%output%has_resultants) allocate (fields%resultants(6, q(1), q(2), n(1), n(2)))
       end associate
     end do
     allocate (frame%tool_displacement(3, n_tools), frame%tool_velocity(3, n_tools))
@@ -57,6 +58,8 @@ contains
       associate (fields => frame%patches(p))
         call model%bodies%blank%parts(p)%element%read_points( &
           model%bodies%blank%law%eqps_state, fields%eqps, fields%stress, fields%state)
+        if (allocated(fields%resultants)) &
+          call model%bodies%blank%parts(p)%element%read_resultants(fields%resultants)
       end associate
     end do
     do t = 1, size(model%bodies%tools)

@@ -50,6 +50,7 @@ module shell_element
     procedure :: elastic_energy
     procedure :: read_points
     procedure :: read_element
+    procedure :: read_resultants
     procedure :: jacobian
     procedure :: surface
     procedure :: look_at_faces
@@ -278,6 +279,33 @@ contains
       end do
     end do
   end subroutine read_element
+
+  !> The moments are positive where they stretch face 6; those that are kept, with the curvature,
+  !! are the other way round. The normal stress q + r zeta has a part in both.
+  subroutine read_resultants(self, resultants)
+    class(shell_element_t), intent(in) :: self
+    real(wp), intent(out) :: resultants(:, :, :, :, :)
+    integer :: at(2), row, e1, e2, qa, qb
+
+    do e2 = 1, self%n_elements(2)
+      do e1 = 1, self%n_elements(1)
+        at = lane_of_element(self%patch, [e1, e2, 1])
+        do qb = 1, self%rule(2)%n
+          do qa = 1, self%rule(1)%n
+            row = row_of_point(self%rule%n, [qa, qb, 1])
+            associate (s => self%points%resultant(at(2), :, row, at(1)), &
+                       q => self%points%normal(at(2), :, row, at(1)), &
+                       h => self%points%thickness(at(2), row, at(1)))
+              resultants(:3, qa, qb, e1, e2) = h*[s(1) + s(2) + q(1), s(1) - s(2) + q(1), s(3)]
+              resultants(4:, qa, qb, e1, e2) = -h*[s(4) + s(5), s(4) - s(5), s(6)]
+              resultants(4:5, qa, qb, e1, e2) = resultants(4:5, qa, qb, e1, e2) &
+                                                + q(2)*h**2*(1.0_wp/6)
+            end associate
+          end do
+        end do
+      end do
+    end do
+  end subroutine read_resultants
 
   !> a b + b a, of one vector once, as 11, 22, 33, 12, 13, 23.
   pure function dyad(a, b) result(c)

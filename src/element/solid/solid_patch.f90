@@ -106,7 +106,7 @@ module solid_patch
     !! with context alone.
     real(wp), allocatable :: stretch(:, :, :, :), reference(:, :, :, :, :)
     !> Forces and moments per length over the thickness, in the frame of the points as mean, half
-    !! difference and shear, (8, 6, q1*q2, n_blocks).
+    !! difference and shear, without the normal stress below, (8, 6, q1*q2, n_blocks).
     real(wp), allocatable :: resultant(:, :, :, :)
     !> Normal stress through the thickness: mean of both faces and half of face 6 less face 5, (8,
     !! 2, q1*q2, n_blocks) [stress].
