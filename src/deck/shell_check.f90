@@ -80,6 +80,12 @@ contains
                          to_text(least_layers)//", better three in each half of the "// &
                          "thickness, such as QUADRATURE=SHEET")
       end if
+      ! A single element needs the third point.
+      if (product(spans) > 1 .and. any(axes(:2)%degree == 2 .and. n(:2) > 2)) &
+        call add_warning(errors, scene%blank%origin, rule//" at degree 2, which locks: curved "// &
+                         "sheets bend too little, a thin hemisphere of 16 x 16 elements by "// &
+                         "15 %, of 8 x 8 by 74 %", "two points along axes of degree 2, such "// &
+                         "as QUADRATURE=SHEET, or degree 3")
     end associate
   end subroutine check_points
 
