@@ -14,7 +14,7 @@ module deck_reader
   use record_check, only: check_records
   use resolved_deck, only: resolved_text
   use deck_check, only: check_steps, check_presence, check_scene
-  use shell_check, only: check_shell, check_shell_masses, check_shell_output
+  use shell_check, only: check_shell, check_shell_masses, check_shell_output, check_shell_viscosity
   use error_report, only: sort_errors
   use sha256, only: sha256_t, add_to_digest, sha256_text
   implicit none
@@ -50,6 +50,7 @@ contains
       call check_shell(scene, errors)
       call check_shell_masses(deck, scene, errors)
       call check_shell_output(deck, scene, errors)
+      call check_shell_viscosity(deck, scene, errors)
     end if
     if (n_errors(errors) == 0) call reduce_scene(scene, errors)
     call sort_errors(errors, deck%lexed%files)

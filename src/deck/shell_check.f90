@@ -9,7 +9,7 @@ module shell_check
   implicit none
   private
 
-  public :: check_shell, check_shell_masses, check_shell_output
+  public :: check_shell, check_shell_masses, check_shell_output, check_shell_viscosity
 
   integer, parameter :: least_layers = 4   ! fewer leave too much of the moment of a plastic sheet
 
@@ -88,6 +88,20 @@ contains
                          "as QUADRATURE=SHEET, or degree 3")
     end associate
   end subroutine check_points
+
+  !> Refuse a viscosity of bending where it would do nothing.
+  subroutine check_shell_viscosity(deck, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(in) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: found(:)
+
+    if (scene%blank%is_shell .or. .not. scene%step%viscosity_bending > 0) return
+    found = find_records(deck, "BULK VISCOSITY")
+    call add_error(errors, deck%records(found(1))%origin, "b3 = "// &
+                   rounded_text(scene%step%viscosity_bending)//" with a blank of solid elements", &
+                   "b1 and b2 alone, or ELEMENT=SHELL of *BLANK")
+  end subroutine check_shell_viscosity
 
   !> Refuse output of a mid-surface where there is none.
   subroutine check_shell_output(deck, scene, errors)

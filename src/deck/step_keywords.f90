@@ -271,6 +271,7 @@ contains
     if (i > 0) then
       step%viscosity_linear = field_real(deck%records(i), 1, 1)
       step%viscosity_quadratic = field_real(deck%records(i), 1, 2)
+      step%viscosity_bending = field_real(deck%records(i), 1, 3)
     end if
     i = first_record(deck, "PENETRATION LIMIT", number)
     if (i > 0) then

@@ -9,12 +9,14 @@ module bulk_viscosity
   private
 
   public :: new_viscosity, set_wave_speed, viscous_factors, damping_ratio_of, scale_viscosity
+  public :: bending_factors
 
   !> Its constants; the lengths are those of the elements at the start, all of them only where it is
   !! active.
   type, public :: viscosity_t
     logical :: is_active = .false.
     real(wp) :: linear = 0.0_wp, quadratic = 0.0_wp
+    real(wp) :: bending = 0.0_wp                !! of shells, see `bending_factors`
     real(wp) :: density = 0.0_wp, wave_speed = 0.0_wp
     real(wp), allocatable :: length(:, :)       !! shape (8, n_blocks)
   end type viscosity_t
@@ -67,6 +69,22 @@ contains
       factors(:, 2) = viscosity%density*(viscosity%quadratic*length/dt)**2
     end associate
   end function viscous_factors
+
+  !> Viscous moment of a shell per thickness, thickness and change of the trace of the curvature
+  !! over a step: moments b rho c L^2 h^2/12 against the rate of that trace. A bending wave of the
+  !! angular frequency 2 c h/L^2, which is about the largest of elements of the length L, gets the
+  !! damping ratio b, as a pressure wave of 2 c/L does by the linear factor.
+  pure function bending_factors(viscosity, block, dt) result(factors)
+    type(viscosity_t), intent(in) :: viscosity
+    integer, intent(in) :: block                !! its number
+    real(wp), intent(in) :: dt
+    real(wp) :: factors(n_lanes)
+
+    factors = 0.0_wp
+    if (.not. viscosity%is_active) return
+    factors = viscosity%bending*viscosity%density*viscosity%wave_speed &
+              *viscosity%length(:, block)**2*(1.0_wp/12)/dt
+  end function bending_factors
 
   !> Largest damping ratio of the linear viscosity, from the largest frequency and that of the bulk
   !! part of the stiffness alone.

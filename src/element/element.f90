@@ -84,6 +84,9 @@ module element
     procedure :: elements_of_block => element_of_number
     procedure :: scale_mass => scale_mass_alone
     procedure :: damping_ratio => no_damping
+    procedure :: damp_bending => keep_bending
+    procedure :: bending_lag => no_lag
+    procedure :: bending_copy => copy_of_element
     procedure :: take_moduli => keep_moduli
     procedure :: begin_step => keep_time
     procedure :: set_state => no_state
@@ -424,6 +427,33 @@ contains
 
     ratio = 0.0_wp
   end function no_damping
+
+  !> Take a viscosity of bending, as a damping ratio of about the shortest bending wave; before any
+  !! motion. A kind that does not bend by itself has none.
+  subroutine keep_bending(self, factor)
+    class(element_t), intent(inout) :: self
+    real(wp), intent(in) :: factor
+  end subroutine keep_bending
+
+  !> A time [time]: the viscosity of bending over it is the stiffness of the copy below; 0 where
+  !! there is none. Of several parts the shortest serves all.
+  pure real(wp) function no_lag(self, law) result(lag)
+    class(element_t), intent(in) :: self
+    class(block_law_t), intent(in) :: law
+
+    lag = 0.0_wp
+  end function no_lag
+
+  !> A copy whose stiffness for changes of curvature, with the bulk part of the law alone, is the
+  !! viscosity of bending over a time; it has hardly any other.
+  subroutine copy_of_element(self, law, lag, copy)
+    class(element_t), intent(in) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: lag
+    class(element_t), allocatable, intent(out) :: copy
+
+    allocate (copy, source=self)
+  end subroutine copy_of_element
 
   !> Take the elastic moduli of a law that has found them late.
   subroutine keep_moduli(self, law)

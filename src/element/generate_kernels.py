@@ -145,7 +145,7 @@ def strip_arguments(*_):
 
 
 def shell_arguments(_, is_rational):
-    return ["law", "dt", "patch%viscosity%is_active", "viscous", "u", *SHELL_BASIS,
+    return ["law", "dt", "n_viscous", "viscous", "u", *SHELL_BASIS,
             "patch%axes(3)%abscissae", "patch%axes(3)%weights",
             *SHELL_RATIONAL*is_rational, *SHELL_STATE, "f", "sums", "ok"]
 

@@ -195,6 +195,7 @@ module scene
     real(wp) :: depth_warning = 0.1_wp      !! penetration, part of the thickness; 0: never
     real(wp) :: depth_limit = 0.5_wp        !! the same, that ends the run
     real(wp) :: viscosity_linear = 0.06_wp, viscosity_quadratic = 1.2_wp   !! 0, 0: none
+    real(wp) :: viscosity_bending = 0.0_wp  !! of shells
     logical :: is_element_step = .false.    !! stable step from single elements
     real(wp) :: alpha = 0.0_wp              !! damping in proportion to the mass [1/time]; 0: none
     logical :: has_relaxation = .false.

@@ -193,6 +193,11 @@ contains
         call add_error(errors, spec%origin, error%message, "a right-handed patch "// &
                        "with positive volume everywhere")
       else
+        if (scene%step%viscosity_bending > 0.0_wp) then
+          do p = 1, size(model%bodies%blank%parts)
+            call model%bodies%blank%parts(p)%element%damp_bending(scene%step%viscosity_bending)
+          end do
+        end if
         if (spec%has_hinges .and. model%bodies%blank%joints%n_lines == 0) &
           call add_warning(errors, spec%origin, "JOINTS=HINGED of a blank without joints: no "// &
                            "edges meet, and no knot comes as often as the degree", "no JOINTS")

@@ -19,7 +19,7 @@ module shell_element
   use solid_patch, only: shell_points_t, row_of_point, lane_of_element, place_of_point
   use patch_setup, only: new_tile_buffers
   use solid_element, only: solid_element_t
-  use shell_setup, only: mid_surface, new_shell_patch
+  use shell_setup, only: mid_surface, new_shell_patch, damp_bending_of
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces
   use shell_forces, only: forces_of_shell, shell_kernel_name
@@ -59,6 +59,9 @@ module shell_element
     procedure :: add_face_forces => add_forces_to_side
     procedure :: body
     procedure :: body_motion
+    procedure :: damp_bending
+    procedure :: bending_lag
+    procedure :: bending_copy
     procedure :: describe
     procedure :: carry => carry_shell
     procedure :: kernel_name
@@ -527,6 +530,52 @@ contains
 
     thickness = thickness_now(self%patch, self%points, self%through)
   end function thickness_of
+
+  subroutine damp_bending(self, factor)
+    class(shell_element_t), intent(inout) :: self
+    real(wp), intent(in) :: factor
+
+    call damp_bending_of(self%patch, self%points, factor)
+    self%has_viscosity = .true.
+  end subroutine damp_bending
+
+  !> So short that the sheet of the copy is thick beside its elements.
+  pure real(wp) function bending_lag(self, law) result(lag)
+    class(shell_element_t), intent(in) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), parameter :: slenderness = 1.0e-3_wp   ! elements of the copy over its thickness
+
+    lag = 0.0_wp
+    associate (viscosity => self%patch%viscosity)
+      if (.not. (viscosity%is_active .and. viscosity%bending > 0.0_wp)) return
+      lag = viscosity%bending*viscosity%density*viscosity%wave_speed/law%bulk &
+            *slenderness**3*minval(self%points%thickness)**2/maxval(viscosity%length)
+    end associate
+  end function bending_lag
+
+  !> Of the thickness H whose stiffness K H^3/12 for the trace of the curvature is the viscosity
+  !! b rho c L^2 h^2/12 over the lag.
+  subroutine bending_copy(self, law, lag, copy)
+    class(shell_element_t), intent(in) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: lag
+    class(element_t), allocatable, intent(out) :: copy
+    type(shell_element_t), allocatable :: thick
+    integer :: block, row
+
+    allocate (thick, source=self)
+    call thick%drop_state()
+    associate (viscosity => self%patch%viscosity, h => thick%points%thickness)
+      do block = 1, size(h, 3)
+        do row = 1, size(h, 2)
+          h(:, row, block) = (viscosity%bending*viscosity%density*viscosity%wave_speed &
+                              /(law%bulk*lag)*(viscosity%length(:, block)*h(:, row, block))**2) &
+                             **(1.0_wp/3)
+        end do
+      end do
+    end associate
+    call move_alloc(thick, copy)
+  end subroutine bending_copy
 
   subroutine describe(self, lines)
     class(shell_element_t), intent(in) :: self

@@ -3,7 +3,7 @@ module shell_forces
   use kinds, only: wp
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
-  use bulk_viscosity, only: viscous_factors
+  use bulk_viscosity, only: viscous_factors, bending_factors
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, shell_points_t, tile_t, tile_buffer_t, block_t, block_at, &
                          n_blocks_of, next_block
@@ -150,11 +150,13 @@ contains
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
     logical, intent(out) :: ok
-    real(wp) :: viscous(n_lanes, 2)
-    integer :: p(3), q(3)
+    real(wp) :: viscous(n_lanes, 3)
+    integer :: p(3), q(3), n_viscous
     logical :: is_pressed, stays
 
-    viscous = viscous_factors(patch%viscosity, block%number, dt)
+    viscous(:, :2) = viscous_factors(patch%viscosity, block%number, dt)
+    n_viscous = merge(size(patch%push, 2), 0, patch%viscosity%is_active)
+    if (n_viscous > 1) viscous(:, 3) = bending_factors(patch%viscosity, block%number, dt)
     stays = any(abs(normal_end) > 0.0_wp)
     is_pressed = stays .or. points%is_pressed(block%number)
     points%is_pressed(block%number) = stays

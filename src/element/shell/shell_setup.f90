@@ -17,7 +17,7 @@ module shell_setup
   implicit none
   private
 
-  public :: mid_surface, new_shell_patch
+  public :: mid_surface, new_shell_patch, damp_bending_of
 
 contains
 
@@ -95,6 +95,19 @@ contains
     allocate (patch%push(n_lanes, 1, n, merge(patch%n_blocks, 1, patch%viscosity%is_active)), &
               source=0.0_wp)
   end subroutine new_shell_patch
+
+  !> Give a patch at rest a viscosity of bending.
+  pure subroutine damp_bending_of(patch, points, factor)
+    type(solid_patch_t), intent(inout) :: patch
+    type(shell_points_t), intent(in) :: points
+    real(wp), intent(in) :: factor                   !! see `bending_factors`, > 0
+
+    if (.not. patch%viscosity%is_active) call find_lengths(points, patch%viscosity%length)
+    patch%viscosity%is_active = .true.
+    patch%viscosity%bending = factor
+    deallocate (patch%push)
+    allocate (patch%push(n_lanes, 2, patch%together, patch%n_blocks), source=0.0_wp)
+  end subroutine damp_bending_of
 
   !> Weight function and its derivatives at the points; the weights never change.
   pure subroutine set_rational(patch, points)

@@ -51,7 +51,8 @@ module solid_patch
     integer :: together = 1
     real(wp), allocatable :: stress(:, :, :, :, :) !! (8, q3*together, 6, q1*q2/together, n_blocks)
     real(wp), allocatable :: state(:, :, :, :, :)  !! the same with n_state
-    !> Viscous stress of the last step, (8, q3, q1*q2, n_blocks); without viscosity one idle block.
+    !> Viscous stress of the last step, (8, q3, q1*q2, n_blocks); of shells (8, 1, ...), or with
+    !! the moment per thickness (8, 2, ...); without viscosity one idle block.
     real(wp), allocatable :: push(:, :, :, :)
     logical :: has_context = .false.               !! its law needs the context of its points
     logical :: has_gradients = .false.             !! and deformation gradients in it

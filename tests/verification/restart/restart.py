@@ -30,6 +30,7 @@ DECKS = (
     (VERIFICATION / "clamped_plate.key", "n=4", "pressure, dynamic relaxation"),
     ("press and release", "", "several patches, a moving tool, a draw bead, two steps of the deck"),
     ("press and release", "element=SHELL", "joints of shells"),
+    (VERIFICATION / "bending_wave.key", "", "viscosity of bending"),
 )
 
 
