@@ -21,9 +21,10 @@ module check_report
   use basis_tables, only: n_lanes
   use knot_vector, only: n_spans
   use scene_reduction, only: axis_along, uniformity_problem, mirror_problem
-  use failure, only: error_t, fail
+  use failure, only: error_t
   use boundary, only: prescribed_components
-  use vibration, only: fixed_t, free_frequencies, n_free
+  use vibration, only: fixed_t
+  use body_modes, only: find_frequencies
   use input_errors, only: origin_t, error_list_t, add_warning
   use symmetric_eigen, only: principal_values
   use linear_algebra, only: cross
@@ -46,10 +47,6 @@ module check_report
     real(wp) :: centre(3) = 0.0_wp
     real(wp) :: second(6) = 0.0_wp    !! 11 22 33 12 13 23
   end type moments_t
-
-  !> Free components that one may ask for: the matrix of so many takes 0.2 GB, its eigenvalues
-  !! minutes.
-  integer, parameter :: max_free = 5000
 
 contains
 
@@ -260,29 +257,24 @@ contains
   end function percent
 
   !> The lowest frequencies and periods of the blank in its shape at the start, without stress and
-  !! contact, to standard output. Components with a prescribed velocity are fixed. Refused, with
-  !! nothing printed: a blank with more than 5000 free components.
+  !! contact, to standard output. Components with a prescribed velocity are fixed. Where it fails,
+  !! nothing is printed.
   subroutine print_modes(model, n_modes, error)
     type(model_t), intent(in) :: model
     integer, intent(in) :: n_modes
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
-    type(fixed_t), allocatable :: fixed(:)
     real(wp), allocatable :: frequency(:)
     character(16) :: period
-    integer :: i, n
+    integer :: i
 
-    fixed = prescribed_components(model%bodies%blank%parts, model%supports, model%i_step)
-    n = n_free(model%bodies%blank%parts, model%bodies%blank%seams, fixed)
-    if (n > max_free) then
-      call fail(error, "--modes works on at most "//to_text(max_free)//" free components of "// &
-                "control points; this blank has "//to_text(n))
-      return
-    end if
     associate (blank => model%bodies%blank)
-      frequency = free_frequencies(blank%parts, blank%seams, blank%law, fixed, blank%joints) &
-                  /two_pi
+      call find_frequencies(blank%parts, blank%seams, blank%law, &
+                            prescribed_components(blank%parts, model%supports, model%i_step), &
+                            blank%joints, n_modes, frequency, error)
     end associate
+    if (allocated(error)) return
+    frequency = frequency/two_pi
     print "(a)", "mode         frequency            period"
     do i = 1, min(n_modes, size(frequency))
       period = repeat(" ", 15)//"-"   ! of a motion as a rigid body

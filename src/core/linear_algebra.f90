@@ -5,7 +5,8 @@ module linear_algebra
   implicit none
   private
 
-  public :: eigenvalues, tridiagonal_eigensystem, solve, solve_band, band_cholesky
+  public :: eigenvalues, symmetric_eigensystem, tridiagonal_eigensystem
+  public :: solve, solve_band, band_cholesky
   public :: cross, sorted_order
 
   interface
@@ -65,6 +66,19 @@ contains
     call dsyev("N", "U", n, copy, n, values, work, size(work), info)
     if (info /= 0) values = huge(1.0_wp)
   end function eigenvalues
+
+  !> Eigenvalues (rising) and unit eigenvectors of a symmetric matrix.
+  subroutine symmetric_eigensystem(matrix, values, vectors, is_solved)
+    real(wp), intent(in) :: matrix(:, :)
+    real(wp), intent(out) :: values(:), vectors(:, :)
+    logical, intent(out) :: is_solved
+    real(wp) :: work(34*size(matrix, 1))
+    integer :: info
+
+    vectors = matrix
+    call dsyev("V", "U", size(values), vectors, size(values), values, work, size(work), info)
+    is_solved = info == 0
+  end subroutine symmetric_eigensystem
 
   !> Eigenvalues (rising) and unit eigenvectors of a symmetric tridiagonal matrix.
   subroutine tridiagonal_eigensystem(diagonal, beside, values, vectors, is_solved)

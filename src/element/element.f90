@@ -51,6 +51,8 @@ module element
     !! control points; the other four sides are edges, and to fix a rotation there takes
     !! the next row of control points as well.
     logical :: is_surface = .false.
+    !> Forces depend on control points beyond the elements of their own one.
+    logical :: is_coupled = .false.
     real(wp), allocatable :: mass(:, :, :)     !! lumped, of the control points
     real(wp), allocatable :: inertia(:, :, :)  !! the same, of all that is joined in a point
     !> Factors on the mass of differences through the thickness, (n1, n2); see `thickness_masses`.

@@ -11,7 +11,7 @@ module vibration
   implicit none
   private
 
-  public :: fixed_t, free_frequencies, n_free
+  public :: fixed_t, free_frequencies, trial_amount
 
   !> Components of the control points of a patch that stay.
   type :: fixed_t
@@ -54,7 +54,7 @@ contains
     shared = seams
     if (present(joints)) springs = joints
     rigidity = elastic_t(density=law%density, bulk=law%bulk, shear=law%shear)
-    tiny_motion = 1.0e-6_wp*minval([(bodies(i)%element%shortest, i=1, size(bodies))])
+    tiny_motion = trial_amount(bodies)
     allocate (matrix(size(free), size(free)), plus(size(free)), minus(size(free)), root(size(free)))
     do i = 1, size(free)
       associate (inertia => bodies(free(i)%part)%element%inertia)
@@ -69,14 +69,13 @@ contains
     omega = sqrt(max(0.0_wp, eigenvalues(0.5_wp*(matrix + transpose(matrix)))))
   end function free_frequencies
 
-  !> Number of free components.
-  pure integer function n_free(bodies, seams, fixed)
+  !> Displacement for differences of forces: small beside the elements.
+  pure real(wp) function trial_amount(bodies) result(amount)
     type(part_t), intent(in) :: bodies(:)
-    type(seams_t), intent(in) :: seams
-    type(fixed_t), intent(in) :: fixed(:)           !! by patch
+    integer :: i
 
-    n_free = size(list_free(bodies, seams, fixed))
-  end function n_free
+    amount = 1.0e-6_wp*minval([(bodies(i)%element%shortest, i=1, size(bodies))])
+  end function trial_amount
 
   pure function list_free(bodies, seams, fixed) result(free)
     type(part_t), intent(in) :: bodies(:)

@@ -16,7 +16,7 @@ module patch_seams
   private
 
   public :: seams_t, no_seams, find_seams, collect, sum_groups, largest_of_groups, distribute, &
-            group_table, is_counted, whole_columns
+            group_table, is_counted, whole_columns, top_of
 
   integer, parameter :: most_components = 3
 
@@ -139,6 +139,7 @@ contains
     end do
   end subroutine join_close_points
 
+  !> Where the chain of roots from a place ends.
   pure integer function top_of(root, i) result(top)
     integer, intent(in) :: root(:), i
 

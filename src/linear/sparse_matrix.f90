@@ -11,7 +11,8 @@ module sparse_matrix
   implicit none
   private
 
-  public :: new_patch_grid, new_symmetric_matrix, set_zero, add_block, product_with
+  public :: new_patch_grid, new_symmetric_matrix, set_zero, add_block, add_entry, &
+            product_with
   public :: element_components
 
   !> The control points of each element along an axis are `order`, from `first(element)` on.
@@ -273,6 +274,36 @@ contains
       end do
     end do
   end subroutine add_block
+
+  !> Add a single K(i, j), half of it for K(j, i): both come, and their mean counts.
+  pure subroutine add_entry(matrix, map, i, j, value)
+    type(symmetric_matrix_t), intent(inout) :: matrix
+    type(unknowns_t), intent(in) :: map
+    integer, intent(in) :: i, j                    !! components that share an element or a coupling
+    real(wp), intent(in) :: value
+    real(wp) :: term
+    integer :: a, b, row, column, low, high, middle
+
+    do b = map%first(j), map%first(j + 1) - 1
+      do a = map%first(i), map%first(i + 1) - 1
+        row = max(map%unknown(a), map%unknown(b))
+        column = min(map%unknown(a), map%unknown(b))
+        low = matrix%first(row)
+        high = matrix%first(row + 1) - 1
+        do while (low < high)
+          middle = (low + high)/2
+          if (matrix%columns(middle) < column) then
+            low = middle + 1
+          else
+            high = middle
+          end if
+        end do
+        term = map%coefficient(a)*map%coefficient(b)*value
+        if (row /= column) term = 0.5_wp*term
+        matrix%values(low) = matrix%values(low) + term
+      end do
+    end do
+  end subroutine add_entry
 
   !> Bring the block to the unknowns, and add it row by row: in both, columns rise.
   pure subroutine add_by_rows(matrix, map, components, block)

@@ -48,6 +48,7 @@ contains
     call separate_rows(element%patch)
     call new_projection(element%projection, spec, grid%axes, element%patch%axes, error)
     if (allocated(error) .or. .not. element%projection%is_smooth) return
+    element%is_coupled = .true.
     allocate (element%smooth, &
               source=new_smooth_fields(element%projection%smooth, element%patch%axes, &
                                        element%patch%lanes, element%patch%has_gradients))

@@ -1,0 +1,474 @@
+!> Tangent stiffness of a body as a sparse matrix: central differences of the body's own force
+!! routines, so that it fits every kind of element, rule and law.
+!!
+!! A force depends on control points that share an element with its own. Control points further
+!! apart along some axis move in one force evaluation, and each force belongs to one of them. A
+!! matrix thus takes some (2p + 1)^2 n3 3 evaluations with each sign, however many elements there
+!! are. Bits do not depend on the number of threads.
+module body_stiffness
+  use kinds, only: wp
+  use failure, only: error_t
+  use knot_vector, only: knot_vector_t, span_table
+  use patch_seams, only: seams_t, top_of
+  use block_law, only: block_law_t
+  use element, only: element_t, part_t, force_report_t
+  use vibration, only: fixed_t
+  use basis_tables, only: n_lanes
+  use shell_joints, only: shell_joints_t, add_joint_forces
+  use body_parts, only: field_t
+  use unknowns, only: new_unknowns, tie_t, unknowns_t
+  use sparse_matrix, only: add_block, add_entry, couplings_t, new_patch_grid, &
+                           new_symmetric_matrix, patch_grid_t, set_zero, symmetric_matrix_t
+  implicit none
+  private
+
+  public :: find_unknowns, new_body_stiffness, find_stiffness, masses_of
+
+  !> The matrix over the unknowns of a body, and where its entries come from.
+  type, public :: body_stiffness_t
+    type(unknowns_t) :: map
+    type(patch_grid_t), allocatable :: grids(:)    !! of the parts
+    type(couplings_t) :: cells                     !! components of each cell of the joints
+    type(symmetric_matrix_t) :: matrix
+  end type body_stiffness_t
+
+  !> Control points along an axis that may move at once have one colour.
+  type :: colours_t
+    integer :: n = 0
+    integer, allocatable :: of(:)                  !! of each control point
+    integer, allocatable :: moved(:, :)            !! the one of colour c that i shares elements
+                                                   !! with, 0: there is none; (i, c)
+  end type colours_t
+
+  !> Control points of a cell of the joints, each once.
+  type :: cell_t
+    integer :: lane = 0, block = 0
+    integer, allocatable :: points(:)              !! of those that springs move
+    integer, allocatable :: place(:, :)            !! there, of each node; (nodes, 3 rows)
+  end type cell_t
+
+contains
+
+  !> Number the components that are free. What follows a leader or meets at a seam is one unknown,
+  !! which is held where one of its components is.
+  subroutine find_unknowns(parts, seams, fixed, map, error)
+    type(part_t), intent(in) :: parts(:)
+    type(seams_t), intent(in) :: seams
+    type(fixed_t), intent(in) :: fixed(:)          !! by part
+    type(unknowns_t), intent(out) :: map
+    type(error_t), allocatable, intent(out) :: error
+    integer :: before(size(parts) + 1), p, c, t
+    integer, allocatable :: root(:)
+    logical, allocatable :: held(:)
+    type(tie_t), allocatable :: ties(:)
+
+    before(1) = 0
+    do p = 1, size(parts)
+      before(p + 1) = before(p) + size(parts(p)%element%mass)
+    end do
+    call find_roots(before, seams, fixed, root, held)
+    allocate (ties(count(root /= [(c, c=1, size(root))] .and. .not. held)))
+    t = 0
+    do c = 1, size(root)
+      if (root(c) == c .or. held(c)) cycle
+      t = t + 1
+      ties(t)%component = c
+      ties(t)%leaders = [root(c)]
+      ties(t)%coefficients = [1.0_wp]
+    end do
+    call new_unknowns(held, ties, map, error)
+  end subroutine find_unknowns
+
+  !> The first of the components that each moves with, and whether one of them is held.
+  pure subroutine find_roots(before, seams, fixed, root, held)
+    integer, intent(in) :: before(:)               !! control points of the parts before
+    type(seams_t), intent(in) :: seams
+    type(fixed_t), intent(in) :: fixed(:)
+    integer, allocatable, intent(out) :: root(:)
+    logical, allocatable, intent(out) :: held(:)
+    integer :: p, i, n, c, g, first
+    logical, allocatable :: is_fixed(:)
+
+    root = [(c, c=1, 3*before(size(before)))]
+    allocate (held(size(root)), source=.false.)
+    do p = 1, size(fixed)
+      n = before(p + 1) - before(p)
+      is_fixed = [fixed(p)%is_fixed]
+      do i = 1, 3*n
+        held(component_of(before(p), n, i)) = is_fixed(i)
+        if (allocated(fixed(p)%leader)) &
+          call join(component_of(before(p), n, i), &
+                    component_of(before(p), n, fixed(p)%leader(i)), root)
+      end do
+    end do
+    do g = 1, seams%n_groups
+      first = before(seams%patch(seams%first(g))) + seams%point(seams%first(g))
+      do i = seams%first(g) + 1, seams%first(g + 1) - 1
+        do c = 1, 3
+          call join(3*(first - 1) + c, 3*(before(seams%patch(i)) + seams%point(i) - 1) + c, root)
+        end do
+      end do
+    end do
+    do c = 1, size(root)
+      root(c) = top_of(root, c)
+      held(root(c)) = held(root(c)) .or. held(c)
+    end do
+    held = held(root)
+  end subroutine find_roots
+
+  !> Number of a component from its place in the field of a part as one list.
+  pure integer function component_of(n_before, n, place) result(component)
+    integer, intent(in) :: n_before, n, place      !! n: control points of the part
+
+    component = 3*(n_before + mod(place - 1, n)) + (place - 1)/n + 1
+  end function component_of
+
+  pure subroutine join(a, b, root)
+    integer, intent(in) :: a, b
+    integer, intent(inout) :: root(:)
+    integer :: top(2)
+
+    top = [top_of(root, a), top_of(root, b)]
+    root(top) = minval(top)
+  end subroutine join
+
+  !> Lumped masses of all components.
+  pure function masses_of(parts) result(masses)
+    type(part_t), intent(in) :: parts(:)
+    real(wp), allocatable :: masses(:)
+    integer :: p, i
+
+    allocate (masses(0))
+    do p = 1, size(parts)
+      associate (mass => [parts(p)%element%mass])
+        masses = [masses, [(mass((i + 2)/3), i=1, 3*size(mass))]]
+      end associate
+    end do
+  end function masses_of
+
+  !> The unknowns of a body and the entries of its matrix, which are zero yet.
+  subroutine new_body_stiffness(stiffness, parts, seams, fixed, error, joints)
+    type(body_stiffness_t), intent(out) :: stiffness
+    type(part_t), intent(in) :: parts(:)
+    type(seams_t), intent(in) :: seams
+    type(fixed_t), intent(in) :: fixed(:)          !! by part
+    type(error_t), allocatable, intent(out) :: error
+    type(shell_joints_t), intent(in), optional :: joints   !! of shells that pass moments
+    integer :: p, n_before
+
+    call find_unknowns(parts, seams, fixed, stiffness%map, error)
+    if (allocated(error)) return
+    allocate (stiffness%grids(size(parts)))
+    n_before = 0
+    do p = 1, size(parts)
+      call set_grid(parts(p)%element, n_before, stiffness%grids(p))
+      n_before = n_before + size(parts(p)%element%mass)
+    end do
+    stiffness%cells%first = [1]
+    allocate (stiffness%cells%component(0))
+    if (present(joints)) call list_cells(joints, stiffness%grids, stiffness%cells)
+    call new_symmetric_matrix(stiffness%matrix, stiffness%grids, stiffness%map, stiffness%cells)
+  end subroutine new_body_stiffness
+
+  pure subroutine set_grid(element, n_before, grid)
+    class(element_t), intent(in) :: element
+    integer, intent(in) :: n_before
+    type(patch_grid_t), intent(out) :: grid
+
+    associate (axes => element%grid%axes, n => shape(element%mass))
+      if (element%is_coupled) then
+        call new_patch_grid(grid, n, n, [1], [1], [1], n_before)
+      else
+        call new_patch_grid(grid, n, axes%degree + 1, first_points(axes(1)), &
+                            first_points(axes(2)), first_points(axes(3)), n_before)
+      end if
+    end associate
+  end subroutine set_grid
+
+  !> The first control point of each element along an axis.
+  pure function first_points(axis) result(first)
+    type(knot_vector_t), intent(in) :: axis
+    integer, allocatable :: first(:)
+
+    first = span_table(axis) - axis%degree
+  end function first_points
+
+  !> Components that each cell of the joints couples.
+  pure subroutine list_cells(joints, grids, cells)
+    type(shell_joints_t), intent(in) :: joints
+    type(patch_grid_t), intent(in) :: grids(:)
+    type(couplings_t), intent(inout) :: cells
+    type(cell_t) :: cell
+    integer :: i, k, c, p
+
+    do i = 1, joints%n_cells
+      call set_cell(joints, i, cell)
+      do k = 1, size(cell%points)
+        p = count(joints%start <= cell%points(k))
+        associate (point => grids(p)%n_before + joints%place(cell%points(k)))
+          cells%component = [cells%component, [(3*(point - 1) + c, c=1, 3)]]
+        end associate
+      end do
+      cells%first = [cells%first, size(cells%component) + 1]
+    end do
+  end subroutine list_cells
+
+  pure subroutine set_cell(joints, number, cell)
+    type(shell_joints_t), intent(in) :: joints
+    integer, intent(in) :: number
+    type(cell_t), intent(out) :: cell
+    integer :: i, row, k, n
+
+    cell%block = (number - 1)/n_lanes + 1
+    cell%lane = number - n_lanes*(cell%block - 1)
+    allocate (cell%points(3*joints%n_nodes), cell%place(joints%n_nodes, 3))
+    n = 0
+    do row = 1, 3
+      do i = 1, joints%n_nodes
+        associate (node => joints%node(cell%lane, i, row, cell%block))
+          do k = 1, n
+            if (cell%points(k) == node) exit
+          end do
+          cell%points(k) = node
+          cell%place(i, row) = k
+          n = max(n, k)
+        end associate
+      end do
+    end do
+    cell%points = cell%points(:n)
+  end subroutine set_cell
+
+  !> Fill the matrix: how forces at the end of the motion that the parts make in `dt` from here
+  !! change with displacements. Stress, state and motion stay, but for the internal forces, which
+  !! are used up.
+  subroutine find_stiffness(stiffness, parts, law, dt, amount, joints)
+    type(body_stiffness_t), intent(inout) :: stiffness
+    type(part_t), intent(inout) :: parts(:)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                     !! [time]
+    real(wp), intent(in) :: amount                 !! displacement of the differences [length]
+    type(shell_joints_t), intent(inout), optional :: joints
+    integer :: p
+
+    call set_zero(stiffness%matrix)
+    do p = 1, size(parts)
+      call add_part(stiffness, stiffness%grids(p), parts(p)%element, law, dt, amount)
+    end do
+    if (.not. present(joints)) return
+    if (joints%n_cells > 0) call add_joints(stiffness, parts, joints, dt, amount)
+  end subroutine find_stiffness
+
+  !> Add the stiffness of a part.
+  subroutine add_part(stiffness, grid, element, law, dt, amount)
+    type(body_stiffness_t), intent(inout) :: stiffness
+    type(patch_grid_t), intent(in) :: grid
+    class(element_t), intent(inout) :: element
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, amount
+    real(wp), allocatable, dimension(:, :, :, :) :: v, plus
+    type(colours_t) :: colours(3)
+    type(force_report_t) :: report
+    integer :: axis, c, c1, c2, c3
+
+    do axis = 1, 3
+      call set_colours(grid%axis(axis)%low, grid%axis(axis)%high, colours(axis))
+    end do
+    v = element%motion%v
+    do c3 = 1, colours(3)%n
+      do c2 = 1, colours(2)%n
+        do c1 = 1, colours(1)%n
+          do c = 1, 3
+            call move_points(colours, [c1, c2, c3], amount/dt, element%motion%v(:, :, :, c))
+            call element%trial_forces(law, dt, report)
+            plus = element%motion%internal_force
+            element%motion%v = v
+            call move_points(colours, [c1, c2, c3], -amount/dt, element%motion%v(:, :, :, c))
+            call element%trial_forces(law, dt, report)
+            element%motion%v = v
+            plus = (plus - element%motion%internal_force)/(2.0_wp*amount)
+            call add_columns(stiffness, grid, colours, [c1, c2, c3], c, plus)
+          end do
+        end do
+      end do
+    end do
+  end subroutine add_part
+
+  !> Give the first colour whose last control point shares no neighbour with the next one.
+  pure subroutine set_colours(low, high, colours)
+    integer, intent(in) :: low(:), high(:)         !! each shares elements with these
+    type(colours_t), intent(out) :: colours
+    integer :: last_of(size(low)), i, c
+
+    allocate (colours%of(size(low)), colours%moved(size(low), size(low)), source=0)
+    last_of = 0
+    do i = 1, size(low)
+      c = 1
+      do while (last_of(c) >= low(i))
+        c = c + 1
+      end do
+      last_of(c) = high(i)
+      colours%of(i) = c
+      colours%moved(low(i):high(i), c) = i
+    end do
+    colours%n = maxval(colours%of)
+    colours%moved = colours%moved(:, :colours%n)
+  end subroutine set_colours
+
+  pure subroutine move_points(colours, at, speed, v)
+    type(colours_t), intent(in) :: colours(3)
+    integer, intent(in) :: at(3)                   !! the colour along each axis
+    real(wp), intent(in) :: speed
+    real(wp), intent(inout) :: v(:, :, :)
+    integer :: i, j, k
+
+    do k = 1, size(v, 3)
+      if (colours(3)%of(k) /= at(3)) cycle
+      do j = 1, size(v, 2)
+        if (colours(2)%of(j) /= at(2)) cycle
+        do i = 1, size(v, 1)
+          if (colours(1)%of(i) == at(1)) v(i, j, k) = v(i, j, k) + speed
+        end do
+      end do
+    end do
+  end subroutine move_points
+
+  !> Add the columns of the control points that have moved.
+  pure subroutine add_columns(stiffness, grid, colours, at, component, forces)
+    type(body_stiffness_t), intent(inout) :: stiffness
+    type(patch_grid_t), intent(in) :: grid
+    type(colours_t), intent(in) :: colours(3)
+    integer, intent(in) :: at(3), component
+    real(wp), intent(in) :: forces(:, :, :, :)     !! by displacement
+    integer :: i, j, k, c, moved(3), row, column
+
+    do k = 1, grid%n(3)
+      moved(3) = colours(3)%moved(k, at(3))
+      do j = 1, grid%n(2)
+        moved(2) = colours(2)%moved(j, at(2))
+        do i = 1, grid%n(1)
+          moved(1) = colours(1)%moved(i, at(1))
+          if (any(moved == 0)) cycle
+          row = 3*(grid%n_before + i - 1 + grid%n(1)*(j - 1 + grid%n(2)*(k - 1)))
+          column = 3*(grid%n_before + moved(1) - 1 &
+                      + grid%n(1)*(moved(2) - 1 + grid%n(2)*(moved(3) - 1))) + component
+          do c = 1, 3
+            call add_entry(stiffness%matrix, stiffness%map, row + c, column, forces(i, j, k, c))
+          end do
+        end do
+      end do
+    end do
+  end subroutine add_columns
+
+  !> Add the stiffness of joints, a block for each cell.
+  subroutine add_joints(stiffness, parts, joints, dt, amount)
+    type(body_stiffness_t), intent(inout) :: stiffness
+    type(part_t), intent(inout) :: parts(:)
+    type(shell_joints_t), intent(inout) :: joints
+    real(wp), intent(in) :: dt, amount
+    type(cell_t) :: cells(joints%n_cells)
+    real(wp), allocatable :: blocks(:, :, :)
+    integer :: colour(size(joints%place)), i, n, c, k
+
+    do i = 1, size(cells)
+      call set_cell(joints, i, cells(i))
+    end do
+    colour = colours_of_cells(joints, cells)
+    allocate (blocks(9*joints%n_nodes, 9*joints%n_nodes, size(cells)), source=0.0_wp)
+    do k = 1, maxval(colour)
+      do c = 1, 3
+        call add_moved(parts, joints, cells, colour == k, c, dt, amount, blocks)
+      end do
+    end do
+    do i = 1, size(cells)
+      n = 3*size(cells(i)%points)
+      associate (block => blocks(:n, :n, i), &
+                 list => stiffness%cells%component(stiffness%cells%first(i): &
+                                                   stiffness%cells%first(i + 1) - 1))
+        call add_block(stiffness%matrix, stiffness%map, list, 0.5_wp*(block + transpose(block)))
+      end associate
+    end do
+  end subroutine add_joints
+
+  !> Colours of the control points of joints, different within each cell.
+  pure function colours_of_cells(joints, cells) result(colour)
+    type(shell_joints_t), intent(in) :: joints
+    type(cell_t), intent(in) :: cells(:)
+    integer :: colour(size(joints%place))
+    integer :: k, i, c, step
+
+    step = size(joints%forces)/size(joints%energies)
+    colour = 0
+    do k = 1, size(colour)
+      associate (shares => joints%share(joints%first(k):joints%first(k + 1) - 1))
+        c = 1
+        i = 1
+        do while (i <= size(shares))
+          associate (cell => n_lanes*((shares(i) - 1)/step) + mod(shares(i) - 1, n_lanes) + 1)
+            i = i + 1
+            if (all(colour(cells(cell)%points) /= c)) cycle
+          end associate
+          c = c + 1
+          i = 1
+        end do
+      end associate
+      colour(k) = c
+    end do
+  end function colours_of_cells
+
+  !> Move some control points of the joints in a component, and add what changes in each cell to the
+  !! column of its own one in the block of the cell.
+  subroutine add_moved(parts, joints, cells, is_moved, component, dt, amount, blocks)
+    type(part_t), intent(inout) :: parts(:)
+    type(shell_joints_t), intent(inout) :: joints
+    type(cell_t), intent(in) :: cells(:)
+    logical, intent(in) :: is_moved(:)
+    integer, intent(in) :: component
+    real(wp), intent(in) :: dt, amount
+    real(wp), intent(inout) :: blocks(:, :, :)     !! one for each cell
+    type(force_report_t) :: report
+    real(wp), allocatable :: forces(:, :, :, :, :)
+    integer :: i, n, row, k, column
+
+    call shift_points(parts, joints, is_moved, component, amount/dt)
+    call add_joint_forces(joints, parts, dt, .true., report)
+    forces = joints%forces
+    call shift_points(parts, joints, is_moved, component, -2.0_wp*amount/dt)
+    call add_joint_forces(joints, parts, dt, .true., report)
+    call shift_points(parts, joints, is_moved, component, amount/dt)
+    forces = (forces - joints%forces)/(2.0_wp*amount)
+    do i = 1, size(cells)
+      associate (cell => cells(i))
+        column = 3*(findloc(is_moved(cell%points), .true., 1) - 1) + component
+        if (column < 1) cycle
+        do row = 1, 3
+          do n = 1, joints%n_nodes
+            k = 3*(cell%place(n, row) - 1)
+            blocks(k + 1:k + 3, column, i) = blocks(k + 1:k + 3, column, i) &
+                                             + forces(cell%lane, n, :, row, cell%block)
+          end do
+        end do
+      end associate
+    end do
+  end subroutine add_moved
+
+  subroutine shift_points(parts, joints, is_moved, component, speed)
+    type(part_t), intent(inout) :: parts(:)
+    type(shell_joints_t), intent(in) :: joints
+    logical, intent(in) :: is_moved(:)
+    integer, intent(in) :: component
+    real(wp), intent(in) :: speed
+    integer :: p, k, i, j
+
+    do p = 1, size(parts)
+      associate (v => parts(p)%element%motion%v)
+        do k = joints%start(p), joints%start(p + 1) - 1
+          if (.not. is_moved(k)) cycle
+          j = (joints%place(k) - 1)/size(v, 1) + 1
+          i = joints%place(k) - size(v, 1)*(j - 1)
+          v(i, j, 1, component) = v(i, j, 1, component) + speed
+        end do
+      end associate
+    end do
+  end subroutine shift_points
+
+end module body_stiffness
