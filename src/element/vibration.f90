@@ -69,12 +69,14 @@ contains
     omega = sqrt(max(0.0_wp, eigenvalues(0.5_wp*(matrix + transpose(matrix)))))
   end function free_frequencies
 
-  !> Displacement for differences of forces: small beside the elements.
+  !> Displacement for differences of forces: small beside the elements, and a power of two, so that
+  !! positions take it without round-off wherever the body lies.
   pure real(wp) function trial_amount(bodies) result(amount)
     type(part_t), intent(in) :: bodies(:)
     integer :: i
 
-    amount = 1.0e-6_wp*minval([(bodies(i)%element%shortest, i=1, size(bodies))])
+    amount = scale(1.0_wp, exponent(1.0e-6_wp*minval([(bodies(i)%element%shortest, &
+                                                      i=1, size(bodies))])) - 1)
   end function trial_amount
 
   pure function list_free(bodies, seams, fixed) result(free)
