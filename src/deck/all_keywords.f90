@@ -70,6 +70,7 @@ contains
     call set_keyword(table, "END STEP", bounds_step)
     call set_keyword(table, "MODEL CHANGE", needs_step, read=read_changes)
     call set_keyword(table, "DYNAMIC", inside_step, is_required=.true., read=read_steps)
+    call set_keyword(table, "STATIC", needs_step)
     call set_keyword(table, "BULK VISCOSITY", in_first_step)
     call set_keyword(table, "ENERGY LIMIT", in_any_step)
     call set_keyword(table, "PENETRATION LIMIT", in_any_step)

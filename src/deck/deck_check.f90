@@ -49,7 +49,7 @@ contains
     character(:), allocatable :: name
     integer, allocatable :: starts(:)
     logical :: is_open
-    integer :: i
+    integer :: i, n
 
     starts = find_records(deck, "STEP")
     is_open = .false.
@@ -77,9 +77,12 @@ contains
     if (is_open) call add_error(errors, deck%records(starts(size(starts)))%origin, &
                                 "a step that does not end", "an *END STEP at its end")
     do i = 1, size(starts)
-      if (any(deck%records(find_records(deck, "DYNAMIC"))%step == i)) cycle
-      call add_error(errors, deck%records(starts(i))%origin, "no *DYNAMIC in step "//to_text(i), &
-                     "one *DYNAMIC in every step")
+      n = count(deck%records(find_records(deck, "DYNAMIC"))%step == i)
+      n = n + count(deck%records(find_records(deck, "STATIC"))%step == i)
+      if (n == 0) call add_error(errors, deck%records(starts(i))%origin, "no *DYNAMIC and no "// &
+                                 "*STATIC in step "//to_text(i), "one of them in every step")
+      if (n > 1) call add_error(errors, deck%records(starts(i))%origin, "both *DYNAMIC and "// &
+                                "*STATIC in step "//to_text(i), "one of them in every step")
     end do
   end subroutine check_steps
 

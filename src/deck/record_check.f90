@@ -539,9 +539,6 @@ contains
       note = "the mesh is that of *BLANK"
     else if (any(block%keyword == of_section)) then
       note = "*BLANK names its material and consists of solid elements"
-    else if (block%keyword == "STATIC") then
-      note = "there are no implicit steps; all are *DYNAMIC, EXPLICIT, and *DYNAMIC RELAXATION "// &
-             "leads to static equilibrium, as after springback"
     else if (any(block%keyword == of_step)) then
       note = "all steps are *DYNAMIC, EXPLICIT"
     else if (any(block%keyword == of_output) .or. is_other_output(block)) then

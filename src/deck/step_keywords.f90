@@ -265,6 +265,7 @@ contains
       call read_duration(deck%records(i), step%duration, errors)
       call read_stable_step(deck%records(i), number, step, errors)
     end if
+    call read_static(deck, number, step, errors)
     call read_damping(deck, number, step)
     call read_mass_scaling(deck, number, step, errors)
     i = first_record(deck, "BULK VISCOSITY", number)
@@ -282,6 +283,32 @@ contains
     if (i > 0) step%energy_limit = field_real(deck%records(i), 1, 1)
     call read_output(deck, number, output, errors)
   end subroutine read_step
+
+  !> Period and increments of a static step.
+  subroutine read_static(deck, number, step, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step
+    type(error_list_t), intent(inout) :: errors
+    integer :: i
+
+    i = first_record(deck, "STATIC", number)
+    step%is_static = i > 0
+    if (i == 0) return
+    associate (record => deck%records(i))
+      step%origin = record%origin
+      step%static_increment = field_real(record, 1, 1)
+      step%duration = field_real(record, 1, 2)
+      step%least_increment = 1.0e-5_wp*step%duration
+      if (is_filled(record, 1, 3)) step%least_increment = field_real(record, 1, 3)
+      step%most_increment = step%duration
+      if (is_filled(record, 1, 4)) step%most_increment = field_real(record, 1, 4)
+      if (step%static_increment > step%duration) call add_error(errors, record%origin, &
+        "an initial increment longer than the period", "one of the period or less")
+      if (step%least_increment > step%static_increment) call add_error(errors, record%origin, &
+        "a least increment above the initial one", "one of the initial increment or less")
+    end associate
+  end subroutine read_static
 
   !> How the time step follows from the blank: the penalties rest on it, so it is one for all steps.
   subroutine read_stable_step(record, number, step, errors)

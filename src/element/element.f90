@@ -91,6 +91,7 @@ module element
     procedure :: bending_copy => copy_of_element
     procedure :: take_moduli => keep_moduli
     procedure :: begin_step => keep_time
+    procedure :: allow_viscosity => keep_viscosity
     procedure :: set_state => no_state
     procedure :: size_of => no_size
     procedure :: new_fields => new_nodal_fields
@@ -234,6 +235,12 @@ contains
 
     call add_to_layer(self%motion%external_force, side, forces)
   end subroutine add_forces_to_side
+
+  !> No bulk viscosity, or that of the element again.
+  pure subroutine keep_viscosity(self, is_allowed)
+    class(element_t), intent(inout) :: self
+    logical, intent(in) :: is_allowed
+  end subroutine keep_viscosity
 
   !> Add to the outermost layer of a field at a side.
   pure subroutine add_to_layer(field, side, net)

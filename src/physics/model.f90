@@ -79,6 +79,7 @@ contains
     model%later_steps = model%later_steps(2:)
     do i = 1, size(model%bodies%blank%parts)
       call model%bodies%blank%parts(i)%element%begin_step(model%i_step, time)
+      call model%bodies%blank%parts(i)%element%allow_viscosity(.not. model%step%is_static)
     end do
     call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
                         model%forces, model%later_forces, model%retired)

@@ -185,11 +185,14 @@ module scene
     real(wp) :: xi(3) = 0.0_wp
   end type probe_spec_t
 
-  !> An explicit step.
+  !> A step, explicit or static.
   type, public :: step_spec_t
     type(origin_t) :: origin
     character(:), allocatable :: name       !! as *STEP has it; a deck without *STEP has none
     real(wp) :: duration = 0.0_wp
+    logical :: is_static = .false.
+    real(wp) :: static_increment = 0.0_wp   !! the first of a static step [time]
+    real(wp) :: least_increment = 0.0_wp, most_increment = 0.0_wp    !! its bounds
     real(wp) :: safety = 0.8_wp             !! fraction of the stable step
     real(wp) :: energy_limit = 0.2_wp       !! balance error that ends the run; 0: never
     real(wp) :: depth_warning = 0.1_wp      !! penetration, part of the thickness; 0: never

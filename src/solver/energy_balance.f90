@@ -33,6 +33,8 @@ module energy_balance
   type :: energy_balance_t
     real(wp) :: internal = 0.0_wp, viscous = 0.0_wp      !! since the start
     real(wp) :: impulse(3) = 0.0_wp                      !! of all forces from outside
+    real(wp) :: released = 0.0_wp       !! work of the forces that static steps ramp down
+    real(wp) :: stopped = 0.0_wp        !! kinetic energy that static steps began without
     real(wp) :: kinetic_at_start = 0.0_wp, momentum_at_start(3) = 0.0_wp
     real(wp) :: kinetic = 0.0_wp, momentum(3) = 0.0_wp   !! at the last balance
     real(wp) :: angular_momentum(3) = 0.0_wp             !! about the origin, likewise
@@ -109,6 +111,8 @@ contains
         call retired(i)%item%tally(balance%tally)
       end do
     end if
+    balance%tally%external_work = balance%tally%external_work + balance%released
+    balance%tally%damping_energy = balance%tally%damping_energy + balance%stopped
     balance%kinetic = 0.0_wp
     balance%momentum = 0.0_wp
     balance%angular_momentum = 0.0_wp

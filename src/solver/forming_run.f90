@@ -15,6 +15,7 @@ module forming_run
   use step_control, only: new_step_control, next_step, is_due, is_penetration_due, &
                           schedule_penetration
   use central_difference, only: update_velocities, update_positions
+  use static_step, only: begin_static, take_static_increment
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use run_frames, only: new_frame, fill_frame, add_frame, release_frames
   use history_columns, only: fill_history_sample
@@ -80,6 +81,7 @@ contains
     call begin_pace(run)
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call apply_forces(model, run)
+    if (model%step%is_static .and. .not. run%is_resumed) call begin_static(model, run)
     do
       call run_increment(model, run, results, log, saver, is_end, error)
       if (.not. allocated(error)) then
@@ -113,9 +115,12 @@ contains
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
 
-    call begin_next_step(model, run%instant%time, run%instant%dt)
+    ! A static step begins at rest: no way is left for the forces of what ends.
+    call begin_next_step(model, run%instant%time, merge(0.0_wp, run%instant%dt, &
+                         model%later_steps(1)%step%is_static))
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
+    if (model%step%is_static) call begin_static(model, run)
   end subroutine enter_next_step
 
   !> What is due now, then the step; at the end of the last step of the deck no more, nor where the
@@ -143,9 +148,12 @@ contains
     if (.not. is_frame) is_frame = is_due(run%control, run%control%frames, run%instant%time)
     call take_due_state(saver, model, run, results, is_end .and. size(model%later_steps) == 0)
     is_balanced = is_sample .or. saver%is_checking
-    call advance_step_size(run, rate, is_end, dt)
-    is_through = size(model%supports) == 0 .and. .not. (is_balanced .or. is_frame)
-    call update_velocities(model, run, is_balanced, is_through)
+    is_through = .false.
+    if (.not. model%step%is_static) then
+      call advance_step_size(run, rate, is_end, dt)
+      is_through = size(model%supports) == 0 .and. .not. (is_balanced .or. is_frame)
+      call update_velocities(model, run, is_balanced, is_through)
+    end if
     if (is_balanced) call check_state(model, run, is_sample, error)
     if (.not. allocated(error)) call keep_verified(saver, model, run, results, log, error)
     if (run%is_file_lost .or. allocated(saver%stopped_by)) return
@@ -169,7 +177,12 @@ contains
       call begin_pace(run)
       call log_step(log, model, run%instant%time)
     end if
-    call finish_step(model, run, is_through, rate, error)
+    if (model%step%is_static) then
+      call take_static_increment(model, run, log, error)
+      if (.not. allocated(error)) call check_health(model, run%instant, run%control, error)
+    else
+      call finish_step(model, run, is_through, rate, error)
+    end if
     if (allocated(error)) return
     call check_pairs(model%forces, model%bodies%tools, model%bodies%blank%law, &
                      model%step%depth_warning, model%step%depth_limit, run%instant, warnings, error)

@@ -10,7 +10,7 @@ module run_state
   use step_control, only: step_control_t, schedule_t, new_step_control
   use energy_balance, only: energy_balance_t
   use timer, only: clock_ticks, ticks_to_seconds
-  use body_parts, only: field_t
+  use body_parts, only: field_t, carry_fields
   use shell_joints, only: carry_joints
   use frames, only: frame_t
   use history, only: history_sample_t
@@ -42,6 +42,8 @@ module run_state
     real(wp) :: largest_penetration = 0.0_wp
     real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a retry
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
+    real(wp) :: static_dt = 0.0_wp           !! next increment of a static step
+    type(field_t), allocatable :: released(:)  !! forces that a static step ramps down, by patch
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
     type(history_sample_t) :: sample
@@ -93,6 +95,7 @@ contains
     call carry(store, "internal_work", model%bodies%blank%report%internal_work)
     call carry_control(run%control, run%instant%time, store)
     call carry_balance(run%balance, store)
+    if (model%step%is_static) call carry_static(model, run, store)
     do p = 1, size(model%bodies%blank%parts)
       call enter_folder(store, "blank/"//to_text(p))
       call model%bodies%blank%parts(p)%element%carry(store)
@@ -176,12 +179,31 @@ contains
     end subroutine set_done
   end subroutine carry_control
 
+  !> What a static step knows of its start.
+  subroutine carry_static(model, run, store)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(inout) :: run
+    type(state_store_t), intent(inout) :: store
+    integer :: p
+
+    call carry(store, "static_dt", run%static_dt)
+    if (.not. allocated(run%released)) then
+      allocate (run%released(size(model%bodies%blank%parts)))
+      do p = 1, size(run%released)
+        run%released(p)%values = 0.0_wp*model%bodies%blank%parts(p)%element%motion%x
+      end do
+    end if
+    call carry_fields(store, "released", run%released)
+  end subroutine carry_static
+
   subroutine carry_balance(balance, store)
     type(energy_balance_t), intent(inout) :: balance
     type(state_store_t), intent(inout) :: store
 
     call carry(store, "internal", balance%internal)
     call carry(store, "viscous", balance%viscous)
+    call carry(store, "released", balance%released)
+    call carry(store, "stopped", balance%stopped)
     call carry_array(store, "impulse", 3, balance%impulse)
     call carry(store, "kinetic_at_start", balance%kinetic_at_start)
     call carry_array(store, "momentum_at_start", 3, balance%momentum_at_start)

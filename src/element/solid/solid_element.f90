@@ -45,6 +45,7 @@ module solid_element
     procedure :: new_fields
     procedure :: spread_fields
     procedure :: begin_step
+    procedure :: allow_viscosity
     procedure :: elements_of_block
     procedure :: carry => carry_solid
     procedure :: kernel_name
@@ -326,6 +327,14 @@ contains
 
     call spread_to_points(self%patch, self%nodal)
   end subroutine spread_fields
+
+  pure subroutine allow_viscosity(self, is_allowed)
+    class(solid_element_t), intent(inout) :: self
+    logical, intent(in) :: is_allowed
+
+    self%patch%viscosity%is_active = self%has_viscosity .and. is_allowed
+    self%patch%push = 0.0_wp
+  end subroutine allow_viscosity
 
   pure subroutine begin_step(self, step, time)
     class(solid_element_t), intent(inout) :: self
