@@ -16,7 +16,7 @@ module check_report
   use step_control, only: step_control_t, new_step_control, next_step
   use forming_run, only: effect_lines
   use run_forecast, only: forecast_t, new_forecast, forecast_lines, outlook_t
-  use scene, only: scene_t
+  use scene, only: scene_t, explicit_time
   use system_files, only: true_path
   use basis_tables, only: n_lanes
   use knot_vector, only: n_spans
@@ -101,19 +101,21 @@ contains
     forecast = new_forecast(model, n_steps_of(model), outlook)
     seconds = forecast%seconds
     call print_lines(forecast_lines(forecast))
+    if (any(model%later_steps%step%is_static)) &
+      print "(a)", "                 without the static steps, which take seconds to minutes"
     if (.not. outlook%is_tried .and. any([model%step%has_relaxation, &
                                           model%later_steps%step%has_relaxation])) &
       print "(a)", "                 less where a relaxation ends before its time limit "// &
         "(--check --trial-run estimates when)"
   end subroutine print_forecast
 
-  !> Steps of a run if all are as long as the first.
+  !> Increments of the explicit steps if all are as long as the first.
   real(wp) function n_steps_of(model)
     type(model_t), intent(in) :: model
     type(step_control_t) :: control
 
     control = new_step_control(model)
-    n_steps_of = (model%step%duration + sum(model%later_steps%step%duration)) &
+    n_steps_of = explicit_time(model%step, model%later_steps) &
                  /next_step(control, 0.0_wp, model%rate)
   end function n_steps_of
 

@@ -7,7 +7,7 @@ module trial_run
   use failure, only: error_t
   use text, only: string_t, to_text, rounded_text
   use input_errors, only: error_list_t, n_errors
-  use scene, only: scene_t
+  use scene, only: scene_t, explicit_time
   use coarse_scene, only: coarsen_scene
   use blank, only: blank_t, n_elements_of
   use user_library, only: user_library_t
@@ -157,11 +157,12 @@ contains
     type(inertia_t), intent(out) :: inertia
     type(run_t) :: run
     type(error_t), allocatable :: error
-    real(wp) :: rate, dt, time, first_step, start, finish
+    real(wp) :: rate, dt, time, skipped, first_step, start, finish
     integer(int64) :: last_shown
 
     call system_clock(last_shown)
-    time = model%step%duration + sum(model%later_steps%step%duration)
+    time = explicit_time(model%step, model%later_steps)
+    skipped = 0.0_wp
     call new_run(model, run)
     rate = model%rate
     dt = 0.0_wp
@@ -171,6 +172,10 @@ contains
     if (allocated(error)) return
     do while (size(model%later_steps) > 0)
       call enter_next_step(model, run)
+      if (model%step%is_static) then
+        run%instant%time = run%instant%time + model%step%duration
+        skipped = skipped + model%step%duration
+      end if
       do while (.not. has_ended(model, run))
         call take_step(model, run, rate, dt, error)
         if (allocated(error)) return
@@ -179,8 +184,8 @@ contains
     end do
     call cpu_time(finish)
     inertia%is_complete = .true.
-    inertia%growth = run%n_steps*first_step/run%instant%time
-    inertia%duration = run%instant%time/time
+    inertia%growth = run%n_steps*first_step/(run%instant%time - skipped)
+    inertia%duration = (run%instant%time - skipped)/time
     inertia%n_steps = int(run%n_steps)
     inertia%seconds = finish - start
   end subroutine run_all

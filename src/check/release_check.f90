@@ -165,13 +165,13 @@ contains
     if (any([(is_damped(scene%later_steps(i)%step), i=step - 1, size(scene%later_steps))])) return
     call add_warning(errors, scene%later_steps(step - 1)%step%origin, "a step after contact "// &
                      "without damping: the part that is released vibrates", &
-                     "*DYNAMIC RELAXATION in it, which ends when the part is at rest")
+                     "*STATIC in place of its *DYNAMIC, or *DYNAMIC RELAXATION in it")
   end subroutine check_damping
 
   pure logical function is_damped(step)
     type(step_spec_t), intent(in) :: step
 
-    is_damped = step%has_relaxation .or. step%alpha > 0.0_wp
+    is_damped = step%is_static .or. step%has_relaxation .or. step%alpha > 0.0_wp
   end function is_damped
 
   !> Warn of a tool that continues its stroke where the tools of the other face have been removed,

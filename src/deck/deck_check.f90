@@ -5,7 +5,7 @@ module deck_check
   use text, only: to_text, rounded_text
   use input_errors, only: error_list_t, add_error, add_warning
   use nurbs_solid, only: nurbs_solid_t
-  use scene, only: scene_t, is_held
+  use scene, only: scene_t, step_spec_t, is_held
   use keyword_spec, only: keyword_spec_t, in_first_step, inside_step, needs_step, anywhere, &
                           may_be_in_step
   use deck_records, only: record_t, parsed_deck_t, find_records, deck_end
@@ -117,12 +117,51 @@ contains
     integer :: i
 
     call check_sets(scene, errors)
+    call check_static_steps(scene, errors)
     call check_thickness(scene, errors)
     call check_thickness_degree(scene, errors)
     do i = 1, size(scene%tools)
       call check_tool(scene, i, errors)
     end do
   end subroutine check_scene
+
+  !> What may not act in a static step yet.
+  subroutine check_static_steps(scene, errors)
+    type(scene_t), intent(in) :: scene
+    type(error_list_t), intent(inout) :: errors
+    type(step_spec_t) :: step
+    integer :: i, k
+
+    do i = 1, size(scene%later_steps) + 1
+      step = scene%step
+      if (i > 1) step = scene%later_steps(i - 1)%step
+      if (.not. step%is_static) cycle
+      if (step%has_relaxation) call add_error(errors, step%origin, "*DYNAMIC RELAXATION in the "// &
+        "static step "//to_text(i), "one or the other")
+      do k = 1, size(scene%contacts)
+        associate (pair => scene%contacts(k))
+          if (pair%first_step <= i .and. pair%last_step >= i) call add_error(errors, step%origin, &
+            "the tool "//scene%tools(pair%tool)%name//" at the blank in the static step "// &
+            to_text(i), "*MODEL CHANGE, REMOVE of the tool in this step or before: there is no "// &
+            "contact in static steps yet")
+        end associate
+      end do
+      if (any(scene%loads%first_step <= i .and. scene%loads%last_step >= i)) &
+        call add_error(errors, step%origin, "a load in the static step "//to_text(i), &
+                       "a step without loads (OP=NEW): they do not act in static steps yet")
+      if (any(scene%beads%first_step <= i .and. scene%beads%last_step >= i)) &
+        call add_error(errors, step%origin, "a draw bead in the static step "//to_text(i), &
+                       "*MODEL CHANGE, REMOVE of the bead")
+      do k = 1, size(scene%boundaries)
+        associate (held => scene%boundaries(k))
+          if (held%first_step <= i .and. held%last_step >= i .and. &
+              any(held%is_prescribed .and. abs(held%velocity) > 0.0_wp)) &
+            call add_error(errors, held%origin, "a support that moves in the static step "// &
+                           to_text(i), "one at rest: supports do not move in static steps yet")
+        end associate
+      end do
+    end do
+  end subroutine check_static_steps
 
   !> A set must hold control points: their Greville abscissae decide.
   subroutine check_sets(scene, errors)

@@ -12,7 +12,7 @@ module scene
   implicit none
   private
 
-  public :: is_user_material
+  public :: is_user_material, explicit_time
   public :: origin_of_part
   public :: boxes_of, is_held, face_of_set
 
@@ -302,6 +302,15 @@ module scene
   real(wp), parameter :: tolerance = 1.0e-9_wp   ! of the length of an axis, of the size of a blank
 
 contains
+
+  !> Time of the explicit ones of some steps, the first and those after it.
+  pure real(wp) function explicit_time(first, later) result(time)
+    type(step_spec_t), intent(in) :: first
+    type(later_step_t), intent(in) :: later(:)
+
+    time = merge(0.0_wp, first%duration, first%is_static) &
+           + sum(later%step%duration, mask=.not. later%step%is_static)
+  end function explicit_time
 
   !> Is the law of this material a user's subroutine?
   elemental logical function is_user_material(material)

@@ -15,7 +15,7 @@ module forming_run
   use step_control, only: new_step_control, next_step, is_due, is_penetration_due, &
                           schedule_penetration
   use central_difference, only: update_velocities, update_positions
-  use static_step, only: begin_static, take_static_increment
+  use static_step, only: begin_static, take_static_increment, check_static
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use run_frames, only: new_frame, fill_frame, add_frame, release_frames
   use history_columns, only: fill_history_sample
@@ -52,6 +52,8 @@ contains
       call add_watch(model%timer, model%supports(i)%item%name, model%supports(i)%item%watch)
     end do
     call add_watch(model%timer, "motion", run%watch_motion)
+    if (model%step%is_static .or. any(model%later_steps%step%is_static)) &
+      call add_watch(model%timer, "static", run%watch_static)
     call add_watch(model%timer, "output", run%watch_output)
     call start_balance(run%balance, model%bodies%blank)
     associate (parts => model%bodies%blank%parts)
@@ -78,6 +80,8 @@ contains
     logical :: is_end
 
     run%started = clock_ticks()
+    call check_static(model, error)
+    if (allocated(error)) return
     call begin_pace(run)
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call apply_forces(model, run)
@@ -178,7 +182,9 @@ contains
       call log_step(log, model, run%instant%time)
     end if
     if (model%step%is_static) then
+      call start_watch(model%timer, run%watch_static)
       call take_static_increment(model, run, log, error)
+      call stop_watch(model%timer, run%watch_static)
       if (.not. allocated(error)) call check_health(model, run%instant, run%control, error)
     else
       call finish_step(model, run, is_through, rate, error)

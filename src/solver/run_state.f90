@@ -42,6 +42,7 @@ module run_state
     real(wp) :: largest_penetration = 0.0_wp
     real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a retry
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
+    integer :: watch_static = 0
     real(wp) :: static_dt = 0.0_wp           !! next increment of a static step
     type(field_t), allocatable :: released(:)  !! forces that a static step ramps down, by patch
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance

@@ -5,8 +5,9 @@
 !! What held the blank when the step begins, contact that is gone and inertia, is ramped down over
 !! the step. Rigid motions that the supports leave are held at the fewest components that do.
 module static_step
+  use, intrinsic :: iso_c_binding, only: c_funptr
   use kinds, only: wp
-  use text, only: to_text, rounded_text
+  use text, only: to_text, rounded_text, counted
   use failure, only: error_t, fail
   use element, only: force_report_t, merge_reports
   use shell_joints, only: add_joint_forces
@@ -18,19 +19,32 @@ module static_step
   use run_log, only: run_log_t, log_line
   use energy_balance, only: add_step
   use unknowns, only: to_components, to_unknowns
+  use mumps_library, only: find_mumps
   use sparse_factor, only: sparse_factor_t
   use body_stiffness, only: body_stiffness_t, new_body_stiffness, find_stiffness
   use rigid_supports, only: hold_rigid_motions
   implicit none
   private
 
-  public :: begin_static, take_static_increment
+  public :: check_static, begin_static, take_static_increment
 
   integer, parameter :: most_iterations = 16, enough_iterations = 6, most_cuts = 12
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the forces released
   real(wp), parameter :: moved = 1.0e-6_wp         !! of an edge, for differences
+  real(wp), parameter :: enough = 0.05_wp          !! of the residual left: the factors still serve
 
 contains
+
+  !> Is there all that the static steps of a run take? Known before the run begins.
+  subroutine check_static(model, error)
+    type(model_t), intent(in) :: model
+    type(error_t), allocatable, intent(out) :: error
+    type(c_funptr) :: entry
+
+    if (model%step%is_static .or. any(model%later_steps%step%is_static)) &
+      call find_mumps(entry, error)
+    if (allocated(error)) error%message = "static steps: "//error%message
+  end subroutine check_static
 
   !> Stop the motion, and note the forces that what is gone has left unbalanced.
   subroutine begin_static(model, run)
@@ -60,7 +74,7 @@ contains
     integer :: p
 
     associate (blank => model%bodies%blank)
-      call forces_of_trial(model, 1.0_wp)
+      call find_trial_forces(model, 1.0_wp)
       do p = 1, size(forces)
         forces(p)%values = blank%parts(p)%element%motion%internal_force
       end do
@@ -124,7 +138,7 @@ contains
     end do
   end subroutine put_positions
 
-  !> Newton's method with a line search. `words` says why there is no equilibrium, or is empty.
+  !> Newton's method. `words` says why there is no equilibrium, or is empty.
   subroutine find_equilibrium(model, run, log, start, dt, n_iterations, words, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(in) :: run
@@ -134,113 +148,74 @@ contains
     integer, intent(out) :: n_iterations
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
-    type(body_stiffness_t) :: equations
+    type(body_stiffness_t) :: stiffness
     type(sparse_factor_t) :: factor
-    type(fixed_t), allocatable :: fixed(:)
-    real(wp), allocatable :: residual(:), step(:, :), u(:)
-    real(wp) :: level, scaling, norm, before, amount
+    real(wp), allocatable :: residual(:), u(:)
+    real(wp) :: level, scaling, norm, before
     logical :: is_stale
 
     words = ""
     n_iterations = 0
-    associate (blank => model%bodies%blank)
-      fixed = prescribed_components(blank%parts, model%supports, model%i_step)
-      call hold_rigid_motions(blank%parts, fixed)
-      call new_body_stiffness(equations, blank%parts, blank%seams, fixed, error, blank%joints)
+    call find_entries(model, run, log, stiffness, factor, error)
+    if (allocated(error)) return
+    level = 1.0_wp - (run%instant%time + dt - run%control%start_time)/run%control%duration
+    scaling = force_scale(model, run, stiffness)
+    allocate (u(stiffness%map%n_free), source=0.0_wp)
+    call find_residual(model, run, start, dt, level, stiffness, u, residual, norm)
+    is_stale = .true.
+    do while (norm > tolerance*scaling)
+      if (n_iterations == most_iterations) words = "after "//to_text(n_iterations)// &
+        " iterations the residual is "//rounded_text(norm/scaling)//" of the forces released"
+      if (.not. norm < huge(norm)) words = "elements turn over or their law fails"
+      if (words /= "") return
+      n_iterations = n_iterations + 1
+      if (is_stale) call renew_factors(model, dt, stiffness, factor, words)
+      if (words /= "") return
+      before = norm
+      call take_newton_step(model, run, start, dt, level, stiffness, factor, u, residual, norm, &
+                            error)
       if (allocated(error)) return
-      call factor%analyse(equations%matrix, .false., error)
-      if (allocated(error)) return
-      level = 1.0_wp - (run%instant%time + dt - run%control%start_time)/run%control%duration
-      amount = moved*minval_edge(model)
-      scaling = max(maxval(abs(to_unknowns(equations%map, listed(equations, run%released)))), &
-                    tiny(scaling))
-      allocate (u(equations%map%n_free), source=0.0_wp)
-      call find_residual(u, residual, norm)
-      is_stale = .true.
-      do while (norm > tolerance*scaling)
-        if (n_iterations == most_iterations) then
-          words = "after "//to_text(n_iterations)//" iterations the residual is "// &
-                  rounded_text(norm/scaling)//" of the forces released"
-          return
-        end if
-        n_iterations = n_iterations + 1
-        if (is_stale) then
-          call find_stiffness(equations, blank%parts, blank%law, dt, amount, blank%joints)
-          call factor%factorise(equations%matrix, error)
-          if (allocated(error)) then
-            words = error%message
-            deallocate (error)
-            return
-          end if
-        end if
-        step = reshape(residual, [size(residual), 1])
-        call factor%solve(step, error)
-        if (allocated(error)) return
-        before = norm
-        call search_line(u, step(:, 1), residual, norm)
-        is_stale = norm > 0.05_wp*before
-        if (.not. norm < huge(norm)) then
-          words = "the elements turn over or their law fails"
-          return
-        end if
-      end do
-    end associate
+      is_stale = norm > enough*before
+    end do
     call log_line(log, "static     time "//rounded_text(run%instant%time + dt)//", "// &
                   to_text(n_iterations)//" iterations, residual "//rounded_text(norm/scaling)// &
                   " of the forces released")
-
-  contains
-
-    !> Residual of the unknowns.
-    subroutine find_residual(u, residual, norm)
-      real(wp), intent(in) :: u(:)
-      real(wp), allocatable, intent(out) :: residual(:)
-      real(wp), intent(out) :: norm
-      type(field_t), allocatable :: forces(:)
-      integer :: p
-
-      call move_by(model, start, dt, equations, to_components(equations%map, u))
-      allocate (forces(size(start)))
-      associate (blank => model%bodies%blank)
-        call forces_of_trial(model, dt)
-        do p = 1, size(forces)
-          forces(p)%values = level*run%released(p)%values &
-                             - blank%parts(p)%element%motion%internal_force
-        end do
-        residual = to_unknowns(equations%map, listed(equations, forces))
-        norm = maxval(abs(residual))
-        if (blank%report%failed_block < huge(1) .or. .not. norm <= huge(norm)) norm = huge(norm)
-      end associate
-    end subroutine find_residual
-
-    !> A part of the step after which the residual has hardly a component along it. Its size says
-    !! little: a sheet that turns is stretched first.
-    subroutine search_line(u, step, residual, norm)
-      real(wp), intent(inout) :: u(:)
-      real(wp), intent(in) :: step(:)
-      real(wp), allocatable, intent(inout) :: residual(:)
-      real(wp), intent(out) :: norm
-      real(wp), parameter :: least = 0.1_wp
-      real(wp) :: length, before, now
-      integer :: i
-
-      before = dot_product(step, residual)
-      length = 1.0_wp
-      do i = 1, 5
-        call find_residual(u + length*step, residual, norm)
-        now = dot_product(step, residual)
-        if (norm < huge(norm)) exit
-        if (norm < huge(norm)) then
-          length = length*max(least, min(before/(before - now), 0.7_wp))
-        else
-          length = 0.25_wp*length
-        end if
-      end do
-      u = u + length*step
-    end subroutine search_line
   end subroutine find_equilibrium
 
-  real(wp) function minval_edge(model) result(edge)
+  !> Unknowns and the entries of the matrix, analysed.
+  subroutine find_entries(model, run, log, stiffness, factor, error)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    type(run_log_t), intent(inout) :: log
+    type(body_stiffness_t), intent(out) :: stiffness
+    type(sparse_factor_t), intent(inout) :: factor
+    type(error_t), allocatable, intent(out) :: error
+    type(fixed_t), allocatable :: fixed(:)
+    integer :: n_added
+
+    associate (blank => model%bodies%blank)
+      fixed = prescribed_components(blank%parts, model%supports, model%i_step)
+      call hold_rigid_motions(blank%parts, fixed, n_added)
+      if (n_added > 0 .and. run%instant%time <= run%control%start_time) &
+        call log_line(log, "static     "//counted(n_added, "component")//" of control points "// &
+                      "held against rigid motions that the supports leave")
+      call new_body_stiffness(stiffness, blank%parts, blank%seams, fixed, error, blank%joints)
+    end associate
+    if (.not. allocated(error)) call factor%analyse(stiffness%matrix, .false., error)
+  end subroutine find_entries
+
+  !> The largest force released. Where next to nothing is, a force that counts as none anyway.
+  real(wp) function force_scale(model, run, stiffness) result(scale)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    type(body_stiffness_t), intent(in) :: stiffness
+    real(wp), parameter :: nothing = 1.0e-9_wp     ! of the bulk modulus, on the area of an element
+
+    scale = maxval(abs(to_unknowns(stiffness%map, listed(stiffness, run%released))))
+    scale = max(scale, nothing*model%bodies%blank%law%bulk*shortest_edge(model)**2)
+  end function force_scale
+
+  real(wp) function shortest_edge(model) result(edge)
     type(model_t), intent(in) :: model
     integer :: p
 
@@ -248,10 +223,80 @@ contains
     do p = 1, size(model%bodies%blank%parts)
       edge = min(edge, model%bodies%blank%parts(p)%element%shortest)
     end do
-  end function minval_edge
+  end function shortest_edge
+
+  !> The tangent here, factored. `words` says why it cannot be.
+  subroutine renew_factors(model, dt, stiffness, factor, words)
+    type(model_t), intent(inout) :: model
+    real(wp), intent(in) :: dt
+    type(body_stiffness_t), intent(inout) :: stiffness
+    type(sparse_factor_t), intent(inout) :: factor
+    character(:), allocatable, intent(inout) :: words
+    type(error_t), allocatable :: error
+
+    associate (blank => model%bodies%blank)
+      call find_stiffness(stiffness, blank%parts, blank%law, dt, moved*shortest_edge(model), &
+                          blank%joints)
+    end associate
+    call factor%factorise(stiffness%matrix, error)
+    if (allocated(error)) words = error%message
+  end subroutine renew_factors
+
+  !> The whole step, though the residual may grow: a sheet that turns is stretched first. A part of
+  !! it where elements turn over.
+  subroutine take_newton_step(model, run, start, dt, level, stiffness, factor, u, residual, norm, &
+                              error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(in) :: run
+    type(field_t), intent(in) :: start(:)
+    real(wp), intent(in) :: dt, level
+    type(body_stiffness_t), intent(in) :: stiffness
+    type(sparse_factor_t), intent(inout) :: factor
+    real(wp), intent(inout) :: u(:), norm
+    real(wp), allocatable, intent(inout) :: residual(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer, parameter :: most_quarters = 4
+    real(wp), allocatable :: step(:, :), before(:)
+    integer :: i
+
+    step = reshape(residual, [size(residual), 1])
+    call factor%solve(step, error)
+    if (allocated(error)) return
+    before = u
+    do i = 0, most_quarters
+      u = before + 0.25_wp**i*step(:, 1)
+      call find_residual(model, run, start, dt, level, stiffness, u, residual, norm)
+      if (norm < huge(norm)) exit
+    end do
+  end subroutine take_newton_step
+
+  !> What the forces lack to equilibrium after displacements.
+  subroutine find_residual(model, run, start, dt, level, stiffness, u, residual, norm)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(in) :: run
+    type(field_t), intent(in) :: start(:)
+    real(wp), intent(in) :: dt, level              !! of the forces released, 1 to 0
+    type(body_stiffness_t), intent(in) :: stiffness
+    real(wp), intent(in) :: u(:)
+    real(wp), allocatable, intent(out) :: residual(:)
+    real(wp), intent(out) :: norm                  !! the largest; huge where an element fails
+    type(field_t) :: forces(size(start))
+    integer :: p
+
+    call move_by(model, start, dt, stiffness, to_components(stiffness%map, u))
+    call find_trial_forces(model, dt)
+    do p = 1, size(forces)
+      forces(p)%values = level*run%released(p)%values &
+                         - model%bodies%blank%parts(p)%element%motion%internal_force
+    end do
+    residual = to_unknowns(stiffness%map, listed(stiffness, forces))
+    norm = maxval(abs(residual))
+    if (model%bodies%blank%report%failed_block < huge(1) .or. .not. sum(abs(residual)) &
+        <= huge(norm)) norm = huge(norm)
+  end subroutine find_residual
 
   !> Trial forces, not summed at seams: the unknowns do that.
-  subroutine forces_of_trial(model, dt)
+  subroutine find_trial_forces(model, dt)
     type(model_t), intent(inout) :: model
     real(wp), intent(in) :: dt
     type(force_report_t) :: part
@@ -266,19 +311,19 @@ contains
       end do
       call add_joint_forces(blank%joints, blank%parts, dt, .true., blank%report)
     end associate
-  end subroutine forces_of_trial
+  end subroutine find_trial_forces
 
   !> Displacements since the last equilibrium as a motion that trial forces understand.
-  subroutine move_by(model, start, dt, equations, displacement)
+  subroutine move_by(model, start, dt, stiffness, displacement)
     type(model_t), intent(inout) :: model
     type(field_t), intent(in) :: start(:)
     real(wp), intent(in) :: dt, displacement(:)
-    type(body_stiffness_t), intent(in) :: equations
+    type(body_stiffness_t), intent(in) :: stiffness
     real(wp), allocatable :: u(:, :, :, :)
     integer :: p
 
     do p = 1, size(start)
-      u = field_of(equations, p, shape(start(p)%values), displacement)
+      u = field_of(stiffness, p, shape(start(p)%values), displacement)
       associate (element => model%bodies%blank%parts(p)%element, &
                  motion => model%bodies%blank%parts(p)%element%motion)
         motion%v = u/dt
@@ -289,30 +334,30 @@ contains
   end subroutine move_by
 
   !> Components of a patch as a field.
-  pure function field_of(equations, p, n, components) result(field)
-    type(body_stiffness_t), intent(in) :: equations
+  pure function field_of(stiffness, p, n, components) result(field)
+    type(body_stiffness_t), intent(in) :: stiffness
     integer, intent(in) :: p, n(4)
     real(wp), intent(in) :: components(:)
     real(wp) :: field(n(1), n(2), n(3), n(4))
     integer :: c, first
 
     do c = 1, 3
-      first = 3*equations%grids(p)%n_before + c
+      first = 3*stiffness%grids(p)%n_before + c
       field(:, :, :, c) = reshape(components(first:first + 3*(product(n(:3)) - 1):3), n(:3))
     end do
   end function field_of
 
   !> Fields of all patches as components.
-  pure function listed(equations, fields) result(components)
-    type(body_stiffness_t), intent(in) :: equations
+  pure function listed(stiffness, fields) result(components)
+    type(body_stiffness_t), intent(in) :: stiffness
     type(field_t), intent(in) :: fields(:)
-    real(wp) :: components(equations%map%n_components)
+    real(wp) :: components(stiffness%map%n_components)
     integer :: p, c, n, first
 
     do p = 1, size(fields)
       n = size(fields(p)%values)/3
       do c = 1, 3
-        first = 3*equations%grids(p)%n_before + c
+        first = 3*stiffness%grids(p)%n_before + c
         components(first:first + 3*(n - 1):3) = reshape(fields(p)%values(:, :, :, c), [n])
       end do
     end do
