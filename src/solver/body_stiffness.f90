@@ -265,7 +265,7 @@ contains
     class(element_t), intent(inout) :: element
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt, amount
-    real(wp), allocatable, dimension(:, :, :, :) :: x, v, plus
+    real(wp), allocatable, dimension(:, :, :, :) :: v, plus
     type(colours_t) :: colours(3)
     type(force_report_t) :: report
     integer :: axis, c, c1, c2, c3
@@ -273,36 +273,24 @@ contains
     do axis = 1, 3
       call set_colours(grid%axis(axis)%low, grid%axis(axis)%high, colours(axis))
     end do
-    x = element%motion%x
     v = element%motion%v
     do c3 = 1, colours(3)%n
       do c2 = 1, colours(2)%n
         do c1 = 1, colours(1)%n
           do c = 1, 3
-            call try_motion(amount)
+            call move_points(colours, [c1, c2, c3], amount/dt, element%motion%v(:, :, :, c))
+            call element%trial_forces(law, dt, report)
             plus = element%motion%internal_force
-            call try_motion(-amount)
+            element%motion%v = v
+            call move_points(colours, [c1, c2, c3], -amount/dt, element%motion%v(:, :, :, c))
+            call element%trial_forces(law, dt, report)
+            element%motion%v = v
             plus = (plus - element%motion%internal_force)/(2.0_wp*amount)
             call add_columns(stiffness, grid, colours, [c1, c2, c3], c, plus)
           end do
         end do
       end do
     end do
-
-  contains
-
-    !> Forces where some points have moved further. The positions of a surface are those of the start
-    !! of the motion, of others those of its end.
-    subroutine try_motion(further)
-      real(wp), intent(in) :: further
-
-      call move_points(colours, [c1, c2, c3], further/dt, element%motion%v(:, :, :, c))
-      if (.not. element%is_surface) &
-        call move_points(colours, [c1, c2, c3], further, element%motion%x(:, :, :, c))
-      call element%trial_forces(law, dt, report)
-      element%motion%x = x
-      element%motion%v = v
-    end subroutine try_motion
   end subroutine add_part
 
   !> Give the first colour whose last control point shares no neighbour with the next one.
@@ -326,19 +314,19 @@ contains
     colours%moved = colours%moved(:, :colours%n)
   end subroutine set_colours
 
-  pure subroutine move_points(colours, at, amount, field)
+  pure subroutine move_points(colours, at, speed, v)
     type(colours_t), intent(in) :: colours(3)
     integer, intent(in) :: at(3)                   !! the colour along each axis
-    real(wp), intent(in) :: amount
-    real(wp), intent(inout) :: field(:, :, :)
+    real(wp), intent(in) :: speed
+    real(wp), intent(inout) :: v(:, :, :)
     integer :: i, j, k
 
-    do k = 1, size(field, 3)
+    do k = 1, size(v, 3)
       if (colours(3)%of(k) /= at(3)) cycle
-      do j = 1, size(field, 2)
+      do j = 1, size(v, 2)
         if (colours(2)%of(j) /= at(2)) cycle
-        do i = 1, size(field, 1)
-          if (colours(1)%of(i) == at(1)) field(i, j, k) = field(i, j, k) + amount
+        do i = 1, size(v, 1)
+          if (colours(1)%of(i) == at(1)) v(i, j, k) = v(i, j, k) + speed
         end do
       end do
     end do
