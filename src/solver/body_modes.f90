@@ -30,6 +30,7 @@ module body_modes
   integer, parameter :: least_sparse = 300       !! unknowns from which factors are quicker
   integer, parameter :: most_iterations = 300
   real(wp), parameter :: precise = 1.0e-10_wp    !! change of an eigenvalue, of itself
+  real(wp), parameter :: round_off = 1.0e-7_wp   !! such a change that no longer falls
 
 contains
 
@@ -115,13 +116,13 @@ contains
     shift = bending_guess(bodies, law)
     call add_masses(stiffness%matrix, shift*mass)
     call factor%analyse(stiffness%matrix, .false., error)
-    if (.not. allocated(error)) call factor%factorise(stiffness%matrix, error)
+    if (.not. allocated(error)) call factorise(stiffness%matrix, mass, shift, factor, error)
     if (.not. allocated(error)) call iterate(factor, mass, shift, n, values, error)
     if (.not. allocated(error)) omega = sqrt(max(0.0_wp, values))
   end subroutine lowest_frequencies
 
-  !> A hundredth of the square of the angular frequency that a cantilever would have whose length is
-  !! the diameter of the body and which is as wide as that: below the lowest of most bodies.
+  !> About the square of the angular frequency that a cantilever would have that is as long and wide
+  !! as the diameter of the body: below the lowest of most bodies.
   real(wp) function bending_guess(bodies, law) result(square)
     type(part_t), intent(in) :: bodies(:)
     class(block_law_t), intent(in) :: law
@@ -143,7 +144,7 @@ contains
       volume = volume + volume_of(bodies(p))
     end do
     length = norm2(high - low)
-    square = 0.01_wp*law%shear*volume**3/(mass*length**8)
+    square = law%shear*volume**3/(mass*length**8)
   end function bending_guess
 
   !> By one point of each element.
@@ -173,6 +174,25 @@ contains
     end associate
   end subroutine add_masses
 
+  !> Factors; with more of the masses where these were too small beside the stiffness.
+  subroutine factorise(matrix, mass, shift, factor, error)
+    type(symmetric_matrix_t), intent(inout) :: matrix
+    real(wp), intent(in) :: mass(:)
+    real(wp), intent(inout) :: shift
+    type(sparse_factor_t), intent(inout) :: factor
+    type(error_t), allocatable, intent(out) :: error
+    integer, parameter :: most = 5
+    real(wp), parameter :: more = 100.0_wp
+    integer :: i
+
+    do i = 1, most
+      call factor%factorise(matrix, error)
+      if (factor%null_unknown == 0) return
+      call add_masses(matrix, (more - 1.0_wp)*shift*mass)
+      shift = more*shift
+    end do
+  end subroutine factorise
+
   !> The lowest eigenvalues of K x = w M x from the factors of K + s M: with X' M X = 1, those of
   !! X' M (K + s M)^-1 M X come close to 1/(w + s).
   subroutine iterate(factor, mass, shift, n, values, error)
@@ -182,12 +202,14 @@ contains
     real(wp), allocatable, intent(out) :: values(:)
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: x(:, :), mx(:, :), reduced(:, :), vectors(:, :), theta(:), before(:)
+    real(wp) :: change, last_change
     logical :: is_solved
     integer :: i
 
     x = start_vectors(size(mass), block_size(n))
     allocate (theta(size(x, 2)), vectors(size(x, 2), size(x, 2)))
     allocate (before(n), source=huge(1.0_wp))
+    last_change = huge(1.0_wp)
     do i = 1, most_iterations
       call orthonormalise(mass, x)
       mx = spread(mass, 2, size(x, 2))*x
@@ -202,7 +224,9 @@ contains
         x = matmul(x, vectors(:, order))
       end associate
       values = 1.0_wp/theta(:n) - shift
-      if (all(abs(values - before) <= precise*max(abs(values), shift))) return
+      change = maxval(abs(values - before)/max(abs(values), shift))
+      if (change <= precise .or. (change <= round_off .and. change >= last_change)) return
+      last_change = change
       before = values
     end do
     call fail(error, "the lowest "//to_text(n)//" frequencies were not found in "// &

@@ -6,6 +6,7 @@ usage: run.py IGAFORM SOURCE
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -38,8 +39,8 @@ Z_MAX, 0.1
 """
 
 
-def igaform(folder, *words, code=0):
-    done = subprocess.run([PROGRAM, *map(str, words)], cwd=folder, capture_output=True, text=True,
+def igaform(folder, *words, code=0, program=PROGRAM):
+    done = subprocess.run([program, *map(str, words)], cwd=folder, capture_output=True, text=True,
                           timeout=100)
     assert done.returncode == code, f"{words}: exit code {done.returncode}, not {code}\n" \
                                     f"{done.stdout}\n{done.stderr}"
@@ -153,8 +154,27 @@ def modes_are_listed_as_asked(folder):
         assert (rows[:, 0] == np.arange(1, len(rows) + 1)).all()
         assert (np.diff(rows[:, 1]) >= 0).all() and (rows[:, 1] > 0).all()
         assert np.allclose(rows[:, 1] * rows[:, 2], 1, rtol=1e-8)
-    out, err = igaform(folder, STRIP, "--set", "n_x=60", "--set", "n_y=30", "--modes", 1, code=1)
-    assert out == "" and "5000" in err, (out, err)
+
+
+def modes_without_mumps_are_as_with(folder):
+    """A copy that no lib/libigaform_mumps.so lies above: the same of a blank whose matrix may be
+    dense, a refusal of a larger one. More than the iteration serves are refused as well."""
+    alone = folder / "bin" / "one" / "igaform"
+    alone.parent.mkdir(parents=True)
+    shutil.copy(PROGRAM, alone)
+    small = STRIP, "--set", "n_x=12", "--set", "n_y=6", "--modes", 5
+    with_it, without = ([float(line.split()[1]) for line in out.splitlines()[1:]] for out, _ in
+                        (igaform(folder, *small), igaform(folder, *small, program=alone)))
+    assert np.allclose(with_it, without, rtol=1e-8, atol=0), (with_it, without)
+    large = STRIP, "--set", "n_x=60", "--set", "n_y=30"
+    out, err = igaform(folder, *large, "--modes", 1, code=1, program=alone)
+    assert out == "" and "5000" in err and "MUMPS" in err and err.count("\n") == 1, (out, err)
+    if not (pathlib.Path(PROGRAM).parents[1] / "lib" / "libigaform_mumps.so").exists():
+        return
+    rows = igaform(folder, *large, "--modes", 3)[0].splitlines()[1:]
+    assert len(rows) == 3 and float(rows[0].split()[1]) < 1.02 * with_it[0], rows
+    out, err = igaform(folder, *large, "--modes", 9999, code=1)
+    assert out == "" and "9999" in err and err.count("\n") == 1, (out, err)
 
 
 BAR = """*PARAMETER
@@ -239,7 +259,7 @@ if __name__ == "__main__":
     for test in (counts_are_those_of_the_run, more_mass_makes_steps_longer,
                  steps_of_the_deck_add_up, patches_are_told_one_by_one,
                  edges_of_shells_tell_the_row_they_hold, modes_are_listed_as_asked,
-                 bars_of_few_elements_are_told,
+                 modes_without_mumps_are_as_with, bars_of_few_elements_are_told,
                  threads_wait_shortly_unless_told):
         with tempfile.TemporaryDirectory() as place:
             test(pathlib.Path(os.path.realpath(place)))
