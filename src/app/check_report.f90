@@ -266,14 +266,15 @@ contains
     integer, intent(in) :: n_modes
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
+    type(fixed_t), allocatable :: fixed(:)
     real(wp), allocatable :: frequency(:)
     character(16) :: period
     integer :: i
 
     associate (blank => model%bodies%blank)
-      call find_frequencies(blank%parts, blank%seams, blank%law, &
-                            prescribed_components(blank%parts, model%supports, model%i_step), &
-                            blank%joints, n_modes, frequency, error)
+      fixed = prescribed_components(blank%parts, model%supports, model%i_step)
+      call find_frequencies(blank%parts, blank%seams, blank%law, fixed, blank%joints, n_modes, &
+                            frequency, error)
     end associate
     if (allocated(error)) return
     frequency = frequency/two_pi

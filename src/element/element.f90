@@ -70,6 +70,7 @@ module element
     procedure(kernel_interface), deferred :: kernel_name
     ! These serve a kind that has no more to say on the matter.
     procedure :: trial_forces => forces_of_a_copy
+    procedure :: end_forces => forces_ahead
     procedure :: read_points => read_elements
     procedure :: read_resultants => no_resultants
     procedure :: jacobian => jacobian_of_grid
@@ -291,6 +292,20 @@ contains
     call trial%forces(law, dt, report)
     call move_alloc(trial%motion%internal_force, self%motion%internal_force)
   end subroutine forces_of_a_copy
+
+  !> Internal forces of a trial motion at its end, to which the velocities lead from here.
+  subroutine forces_ahead(self, law, dt, report)
+    class(element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                  !! [time]
+    type(force_report_t), intent(out) :: report
+    real(wp), allocatable :: x(:, :, :, :)
+
+    x = self%motion%x
+    self%motion%x = x + dt*self%motion%v
+    call self%trial_forces(law, dt, report)
+    call move_alloc(x, self%motion%x)
+  end subroutine forces_ahead
 
   !> Equivalent plastic strain, stress and state of all points, along axes 1, 2, 3 within an element
   !! and then over the elements.

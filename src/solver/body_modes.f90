@@ -15,7 +15,6 @@ module body_modes
   use shell_joints, only: shell_joints_t
   use body_parts, only: elastic_copies
   use unknowns, only: to_unknowns, unknowns_t
-  use sparse_matrix, only: symmetric_matrix_t
   use mumps_library, only: find_mumps
   use sparse_factor, only: sparse_factor_t
   use body_stiffness, only: body_stiffness_t, find_stiffness, find_unknowns, masses_of, &
@@ -30,6 +29,7 @@ module body_modes
   integer, parameter :: least_sparse = 300       !! unknowns from which factors are quicker
   integer, parameter :: most_iterations = 300
   real(wp), parameter :: precise = 1.0e-10_wp    !! change of an eigenvalue, of itself
+  real(wp), parameter :: regular = 1.0e-10_wp    !! of the stiffness, what keeps factors from zeros
   real(wp), parameter :: round_off = 1.0e-7_wp   !! such a change that no longer falls
 
 contains
@@ -113,10 +113,13 @@ contains
                         elastic_t(density=law%density, bulk=law%bulk, shear=law%shear), 1.0_wp, &
                         trial_amount(bodies), springs)
     mass = to_unknowns(stiffness%map, masses_of(bodies))
-    shift = bending_guess(bodies, law)
-    call add_masses(stiffness%matrix, shift*mass)
+    associate (matrix => stiffness%matrix, diagonal => stiffness%matrix%first(2:) - 1)
+      shift = max(bending_guess(bodies, law), &
+                  regular*maxval(matrix%values(diagonal)/mass)/matrix%n)
+      matrix%values(diagonal) = matrix%values(diagonal) + shift*mass
+    end associate
     call factor%analyse(stiffness%matrix, .false., error)
-    if (.not. allocated(error)) call factorise(stiffness%matrix, mass, shift, factor, error)
+    if (.not. allocated(error)) call factor%factorise(stiffness%matrix, error)
     if (.not. allocated(error)) call iterate(factor, mass, shift, n, values, error)
     if (.not. allocated(error)) omega = sqrt(max(0.0_wp, values))
   end subroutine lowest_frequencies
@@ -163,35 +166,6 @@ contains
       end do
     end associate
   end function volume_of
-
-  !> Add to the diagonal, which ends each row.
-  pure subroutine add_masses(matrix, mass)
-    type(symmetric_matrix_t), intent(inout) :: matrix
-    real(wp), intent(in) :: mass(:)
-
-    associate (at => matrix%first(2:) - 1)
-      matrix%values(at) = matrix%values(at) + mass
-    end associate
-  end subroutine add_masses
-
-  !> Factors; with more of the masses where these were too small beside the stiffness.
-  subroutine factorise(matrix, mass, shift, factor, error)
-    type(symmetric_matrix_t), intent(inout) :: matrix
-    real(wp), intent(in) :: mass(:)
-    real(wp), intent(inout) :: shift
-    type(sparse_factor_t), intent(inout) :: factor
-    type(error_t), allocatable, intent(out) :: error
-    integer, parameter :: most = 5
-    real(wp), parameter :: more = 100.0_wp
-    integer :: i
-
-    do i = 1, most
-      call factor%factorise(matrix, error)
-      if (factor%null_unknown == 0) return
-      call add_masses(matrix, (more - 1.0_wp)*shift*mass)
-      shift = more*shift
-    end do
-  end subroutine factorise
 
   !> The lowest eigenvalues of K x = w M x from the factors of K + s M: with X' M X = 1, those of
   !! X' M (K + s M)^-1 M X come close to 1/(w + s).

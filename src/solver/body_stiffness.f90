@@ -279,11 +279,11 @@ contains
         do c1 = 1, colours(1)%n
           do c = 1, 3
             call move_points(colours, [c1, c2, c3], amount/dt, element%motion%v(:, :, :, c))
-            call element%trial_forces(law, dt, report)
+            call element%end_forces(law, dt, report)
             plus = element%motion%internal_force
             element%motion%v = v
             call move_points(colours, [c1, c2, c3], -amount/dt, element%motion%v(:, :, :, c))
-            call element%trial_forces(law, dt, report)
+            call element%end_forces(law, dt, report)
             element%motion%v = v
             plus = (plus - element%motion%internal_force)/(2.0_wp*amount)
             call add_columns(stiffness, grid, colours, [c1, c2, c3], c, plus)

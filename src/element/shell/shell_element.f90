@@ -45,6 +45,7 @@ module shell_element
   contains
     procedure :: forces
     procedure :: trial_forces
+    procedure :: end_forces => trial_forces
     procedure :: drop_state
     procedure :: single
     procedure :: elastic_energy

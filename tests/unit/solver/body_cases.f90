@@ -16,7 +16,7 @@ module body_cases
   implicit none
   private
 
-  public :: new_case, hold_nothing, hold_where, tie_rows
+  public :: new_case, new_thin_sheet, hold_nothing
 
   integer, parameter, public :: n_cases = 7
   integer, parameter, public :: quadratic = 1, cubic = 2, seam = 3, fold = 4, disk = 5, &
@@ -68,6 +68,19 @@ contains
     if (number == symmetric) call tie_rows(fixed(1))
   end subroutine new_case
 
+  !> A free shell of 100 x 100.
+  subroutine new_thin_sheet(thickness, body, fixed)
+    real(wp), intent(in) :: thickness
+    type(blank_t), intent(out) :: body
+    type(fixed_t), allocatable, intent(out) :: fixed(:)
+    type(nurbs_solid_t) :: solids(1)
+    type(projection_spec_t) :: none
+
+    solids(1) = box([2, 2, 1], [10, 10, 1], [100.0_wp, 100.0_wp, thickness])
+    call set_body(solids, .true., none, body)
+    call hold_nothing(body, fixed)
+  end subroutine new_thin_sheet
+
   !> Two boxes that meet at x = 4.
   function two_boxes(degrees) result(solids)
     integer, intent(in) :: degrees(3)
@@ -104,6 +117,7 @@ contains
       patches(p)%name = "p"//to_text(p)
       patches(p)%solid = solids(p)
       patches(p)%n_points = solids(p)%axes%degree + 1
+      if (is_shell) patches(p)%n_points(:2) = solids(p)%axes(:2)%degree
     end do
     allocate (law, source=new_elastic(7.85e-9_wp, 2.1e5_wp, 0.3_wp))
     call new_blank(body, "sheet", patches, law, [0.0_wp, 0.0_wp], error, 1.0e-6_wp, projection, &
