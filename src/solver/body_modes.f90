@@ -68,8 +68,9 @@ contains
     else if (allocated(without)) then
       call refuse(map%n_free, "in a program built without MUMPS", error)
     else
-      call fail(error, "--modes finds at most "//to_text((map%n_free/4 - 8)/2)//" frequencies "// &
-                "of a blank with "//to_text(map%n_free)//" free components, not "//to_text(n))
+      call fail(error, "--modes finds at most "//to_text(((map%n_free - 1)/4 - 8)/2)// &
+                " frequencies of a blank with "//to_text(map%n_free)//" free components, not "// &
+                to_text(n))
     end if
   end subroutine find_frequencies
 
