@@ -13,7 +13,7 @@ module static_step
   use shell_joints, only: add_joint_forces
   use body_parts, only: field_t, forces_of_parts
   use boundary, only: prescribed_components
-  use vibration, only: fixed_t
+  use vibration, only: fixed_t, trial_amount
   use model, only: model_t
   use run_state, only: run_t
   use run_log, only: run_log_t, log_line
@@ -30,7 +30,6 @@ module static_step
 
   integer, parameter :: most_iterations = 16, enough_iterations = 6, most_cuts = 12
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the forces released
-  real(wp), parameter :: moved = 1.0e-6_wp         !! of an edge, for differences
   real(wp), parameter :: enough = 0.05_wp          !! of the residual left: the factors still serve
 
 contains
@@ -235,7 +234,7 @@ contains
     type(error_t), allocatable :: error
 
     associate (blank => model%bodies%blank)
-      call find_stiffness(stiffness, blank%parts, blank%law, dt, moved*shortest_edge(model), &
+      call find_stiffness(stiffness, blank%parts, blank%law, dt, trial_amount(blank%parts), &
                           blank%joints)
     end associate
     call factor%factorise(stiffness%matrix, error)
@@ -305,7 +304,7 @@ contains
     associate (blank => model%bodies%blank)
       blank%report = force_report_t()
       do p = 1, size(blank%parts)
-        call blank%parts(p)%element%trial_forces(blank%law, dt, part)
+        call blank%parts(p)%element%end_forces(blank%law, dt, part)
         call merge_reports(blank%report, part)
         blank%report%failed_block = min(blank%report%failed_block, part%failed_block)
       end do
@@ -324,12 +323,7 @@ contains
 
     do p = 1, size(start)
       u = field_of(stiffness, p, shape(start(p)%values), displacement)
-      associate (element => model%bodies%blank%parts(p)%element, &
-                 motion => model%bodies%blank%parts(p)%element%motion)
-        motion%v = u/dt
-        motion%x = start(p)%values
-        if (.not. element%is_surface) motion%x = motion%x + u
-      end associate
+      model%bodies%blank%parts(p)%element%motion%v = u/dt
     end do
   end subroutine move_by
 
@@ -375,8 +369,8 @@ contains
     levels = 2.0_wp - (2.0_wp*(run%instant%time - run%control%start_time) + dt)/run%control%duration
     associate (blank => model%bodies%blank)
       do p = 1, size(start)
-        associate (element => blank%parts(p)%element, motion => blank%parts(p)%element%motion)
-          if (element%is_surface) motion%x = start(p)%values + dt*motion%v
+        associate (motion => blank%parts(p)%element%motion)
+          motion%x = start(p)%values + dt*motion%v
           run%balance%released = run%balance%released + 0.5_wp*levels &
                                  *sum(run%released(p)%values*(motion%x - start(p)%values))
         end associate
