@@ -101,4 +101,5 @@ def main():
     case.finish()
 
 
-main()
+if __name__ == "__main__":
+    main()

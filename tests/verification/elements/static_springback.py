@@ -1,0 +1,138 @@
+"""Wide strips and a fold released by static increments.
+
+The strips are those of springback.py, whose sums over the layers are the reference: as solid and as
+shell they must meet these at least as well as their relaxed twins do. Two sheets that meet at an
+angle release the moment that their joint passes on; turned as a whole they release it alike, and
+rigid motions that no support holds change no shape.
+"""
+import os
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy as np
+from run_results import differing, numbers
+from springback import curvatures, curvatures_of_shell, sprung_by_rule
+from suite import Case
+
+LENGTH = 50.0      # of the fold, from end to end along the sheet
+STRAIGHT = 1e-6    # of the length, what elastic bending leaves
+FINE = 0.005       # increments of the static step that is interrupted
+
+
+def cost(case, deck):
+    """Increments of the release, and seconds of the whole run."""
+    with h5py.File(os.path.join(case.out, f"{case.name}_{deck}.h5")) as file:
+        steps, all_steps = file["history/step"][...], file["timings/steps"][()]
+        is_bent = file["history/process_step"][...] == 1
+        return all_steps - steps[is_bent].max(), file["timings/wall_seconds"][()]
+
+
+def strips(case):
+    """The same strips, relaxed and by static increments."""
+    for deck, name, measure, radii in (("springback", "solid", curvatures, (200, 80, 20)),
+                                       ("wide_plate", "shell", curvatures_of_shell, (200, 20))):
+        for radius in radii:
+            errors, costs = {}, {}
+            for release in ("relaxed", "static"):
+                run = case.run(deck, R=radius, release=release)
+                bent, released = measure(run)
+                errors[release] = (1 - released / bent) / sprung_by_rule(bent, 2, 3) - 1
+                costs[release] = cost(case, deck)
+            at = f"springback of the {name}, R = {radius} t, against the sum over 2x3 points"
+            # the size of the error of relaxation, which is that of the mesh, and round-off
+            case.deviation(at, errors["static"], abs(errors["relaxed"]) + 1e-4)
+            case.deviation(f"energy balance, {name}, R = {radius} t",
+                           run.history["energy_error"][-1], 1e-4)
+            print("      " + ", ".join(f"{release}: error {errors[release]:.2e}, {n} increments, "
+                                       f"{seconds:.2f} s with bending"
+                                       for release, (n, seconds) in costs.items()))
+        run = case.run(deck, release="static", **{"yield": 1e6})
+        length = np.ptp(run.start[:, 0])
+        case.deviation(f"elastic, {name}: way from straight over the length",
+                       np.abs(run.points - run.start).max() / length, STRAIGHT)
+
+
+def apart(points, others):
+    """How far two shapes lie apart when a rigid motion lays one over the other."""
+    points, others = points - points.mean(axis=0), others - others.mean(axis=0)
+    left, _, right = np.linalg.svd(points.T @ others)
+    left[:, -1] *= np.sign(np.linalg.det(left @ right))
+    return np.abs(points @ left @ right - others).max()
+
+
+def fold(case):
+    """Two sheets at an angle: relaxed, at once and in increments, turned, without a clamp."""
+    deck, limit = "released_fold", 1e-5 * LENGTH
+    relaxed = case.run(deck, release="relaxed")
+    n, seconds = cost(case, deck)
+    static = case.run(deck)
+    print(f"      fold, relaxed: {n} increments, {seconds:.2f} s with bending; "
+          "static: {}, {:.2f} s".format(*cost(case, deck)))
+    way = np.abs(static.points - static.frames[1]).max()
+    case.between("fold: way of the top as it springs back [mm]", way, 0.5, 1)
+    # relaxation swings past the equilibrium and yields once more
+    case.deviation("fold: from the relaxed shape, over that way",
+                   np.abs(static.points - relaxed.points).max() / way, 0.05)
+    case.between("fold: iterations of the one increment", iterations(case, deck).max(), 1, 8)
+    steps = case.run(deck, first=0.05)
+    case.deviation("fold: energy balance of 20 increments", steps.history["energy_error"][-1], 1e-4)
+    case.deviation("fold: 20 increments and one, over the way",
+                   np.abs(static.points - steps.points).max() / way, 2e-4)
+    case.between("fold: iterations, 20 increments", iterations(case, deck).max(), 1, 4)
+    turned = case.run(deck, turn=35)
+    cosine, sine = np.cos(np.radians(35)), np.sin(np.radians(35))
+    back = turned.points @ np.array([[cosine, 0, -sine], [0, 1, 0], [sine, 0, cosine]])
+    case.deviation("fold turned by 35 degrees [mm]", np.abs(back - static.points).max(), limit)
+    free = case.run(deck, hold="YSYMM")
+    case.deviation("fold without its clamp: shape [mm]", apart(free.points, static.points), limit)
+    elastic = case.run(deck, way=2, **{"yield": 1e6})
+    case.deviation("fold, elastic: way from the start over the length",
+                   np.abs(elastic.points - elastic.start).max() / LENGTH, STRAIGHT)
+
+
+def iterations(case, deck):
+    """Of each increment of a static step, from the log."""
+    with open(os.path.join(case.out, f"{case.name}_{deck}.log"), encoding="utf-8") as log:
+        return np.array([int(line.split(",")[1].split()[0]) for line in log
+                         if line.startswith("static     time")])
+
+
+def same_bits(case):
+    """Two threads, and a run that is stopped between two increments and taken up again."""
+    words = case.command("released_fold", {"first": FINE})
+    words = words[:words.index("--threads")] + ["--set", f"first={FINE}", "--quiet"]
+    whole, other, cut = (os.path.join(case.out, f"{case.name}_{name}")
+                         for name in ("whole", "threads", "cut"))
+    subprocess.run([*words, "--threads", "1", "--out", whole + ".h5"], check=True)
+    subprocess.run([*words, "--threads", "2", "--out", other + ".h5"], check=True)
+    case.between("two threads: datasets with other bits",
+                 len(differing(numbers(whole + ".h5"), numbers(other + ".h5"))), 0, 0)
+    with open(cut + ".log", "w", encoding="utf-8"):
+        pass
+    run = subprocess.Popen([*words, "--threads", "1", "--out", cut + ".h5"])
+    while run.poll() is None and n_increments(cut + ".log") < 40:
+        time.sleep(0.002)
+    run.send_signal(signal.SIGTERM)
+    case.between("stopped: exit code", run.wait(60), 3, 3)
+    case.between("stopped after increments", n_increments(cut + ".log"), 40, 1 / FINE - 1)
+    subprocess.run([*words, "--threads", "2", "--restart", cut + ".ckpt.h5"], check=True)
+    case.between("taken up again: datasets with other bits",
+                 len(differing(numbers(whole + ".h5"), numbers(cut + ".h5"))), 0, 0)
+
+
+def n_increments(log):
+    with open(log, encoding="utf-8") as file:
+        return sum(line.startswith("static     time") for line in file)
+
+
+def main():
+    case = Case("Springback by static increments", "sum over the layers; the relaxed piece")
+    strips(case)
+    fold(case)
+    same_bits(case)
+    case.finish()
+
+
+main()
