@@ -106,8 +106,8 @@ def iterations(case, deck):
 
 def same_bits(case):
     """Two threads, and a run that is stopped between two increments and taken up again."""
-    words = case.command("released_fold", {"first": FINE})
-    words = words[:words.index("--threads")] + ["--set", f"first={FINE}", "--quiet"]
+    program, deck, _, _, *settings = case.command("released_fold", {"first": FINE, "rise": 5e-4})
+    words = [program, deck, *settings, "--quiet"]
     whole, other, cut = (os.path.join(case.out, f"{case.name}_{name}")
                          for name in ("whole", "threads", "cut"))
     subprocess.run([*words, "--threads", "1", "--out", whole + ".h5"], check=True)
