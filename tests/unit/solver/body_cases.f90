@@ -16,7 +16,7 @@ module body_cases
   implicit none
   private
 
-  public :: new_case, new_thin_sheet, hold_nothing
+  public :: new_case, new_thin_sheet, hold_nothing, hold_where, tie_rows
 
   integer, parameter, public :: n_cases = 7
   integer, parameter, public :: quadratic = 1, cubic = 2, seam = 3, fold = 4, disk = 5, &
