@@ -78,6 +78,13 @@ module system_files
       type(c_ptr), value :: resolved
     end function c_realpath
 
+    integer(c_size_t) function c_readlink(path, buffer, size) bind(C, name="readlink")
+      import :: c_char, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      character(kind=c_char), intent(out) :: buffer(*)
+      integer(c_size_t), value :: size
+    end function c_readlink
+
     integer(c_int) function c_glob(pattern, flags, on_error, found) bind(C, name="glob")
       import :: c_char, c_int, c_ptr, glob_t
       character(kind=c_char), intent(in) :: pattern(*)
@@ -172,11 +179,15 @@ contains
     if (last == 0) folder = "."
   end function folder_of
 
-  !> The folder of the running program.
+  !> The folder of the running program, also where its file is gone or another one has its place: a
+  !! run may last longer than that.
   function program_folder() result(folder)
     character(:), allocatable :: folder
+    character(4096) :: path
+    integer(c_size_t) :: n
 
-    folder = folder_of(true_path("/proc/self/exe"))
+    n = c_readlink("/proc/self/exe"//c_null_char, path, len(path, c_size_t))
+    folder = folder_of(path(:max(n, 0_c_size_t)))
   end function program_folder
 
   !> The folder above that of the program, or one higher, that a file lies below; empty if neither.
