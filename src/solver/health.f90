@@ -86,6 +86,11 @@ contains
     else
       return
     end if
+    if (model%step%is_static) then
+      call fail(error, what//"; the increments of the static step are too large for the way of "// &
+                "the sheet: smaller initial and greatest increments in *STATIC")
+      return
+    end if
     call find_fastest(model%bodies%blank, fastest, place)
     call fail(error, what//"; fastest is "//fastest// &
               causes_of(energy_lost, facts_of(model, instant, control, place)))
