@@ -6,8 +6,10 @@ angle release the moment that their joint passes on; turned as a whole they rele
 its shape does not depend on where rigid motions are held.
 """
 import os
+import shutil
 import signal
 import subprocess
+import tempfile
 import time
 
 import h5py
@@ -130,6 +132,33 @@ def same_bits(case):
                  len(differing(numbers(whole + ".h5"), numbers(cut + ".h5"))), 0, 0)
 
 
+def what_goes_wrong(case):
+    """A way too long for one increment, and a program whose file is gone when MUMPS is due."""
+    words = [*case.command("released_fold", {"yield": 1e6}), "--quiet", "--out",
+             os.path.join(case.out, f"{case.name}_fails.h5")]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    case.between("balance lost: exit code", done.returncode, 2, 2)
+    case.between("balance lost: the message names *STATIC", int("in *STATIC" in done.stderr), 1, 1)
+    with tempfile.TemporaryDirectory() as folder:
+        above = os.path.dirname(os.path.dirname(case.igaform))
+        for name in ("bin/igaform", "lib/libigaform_mumps.so"):
+            os.makedirs(os.path.dirname(os.path.join(folder, name)))
+            shutil.copy(os.path.join(above, name), os.path.join(folder, name))
+        program, log = os.path.join(folder, "bin/igaform"), os.path.join(folder, "gone.log")
+        run = subprocess.Popen([program, *case.command("released_fold", {})[1:], "--quiet",
+                                "--out", os.path.join(folder, "gone.h5")])
+        while run.poll() is None and not (os.path.exists(log) and has_begun(log)):
+            time.sleep(0.002)
+        case.between("bending when the program goes", int(n_increments(log) == 0), 1, 1)
+        os.unlink(program)
+        case.between("program is gone: exit code", run.wait(60), 0, 0)
+
+
+def has_begun(log):
+    with open(log, encoding="utf-8") as file:
+        return any(line.startswith("step ") for line in file)
+
+
 def n_increments(log):
     with open(log, encoding="utf-8") as file:
         return sum(line.startswith("static     time") for line in file)
@@ -140,6 +169,7 @@ def main():
     strips(case)
     fold(case)
     same_bits(case)
+    what_goes_wrong(case)
     case.finish()
 
 
