@@ -208,7 +208,7 @@ contains
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
     type(body_stiffness_t), intent(in) :: stiffness
-    real(wp), parameter :: nothing = 1.0e-9_wp     ! of the bulk modulus, on the area of an element
+    real(wp), parameter :: nothing = 1.0e-6_wp     ! of the bulk modulus, on the area of an element
 
     scale = maxval(abs(to_unknowns(stiffness%map, listed(stiffness, run%released))))
     scale = max(scale, nothing*model%bodies%blank%law%bulk*shortest_edge(model)**2)
