@@ -127,6 +127,19 @@ contains
     if (model%step%is_static) call begin_static(model, run)
   end subroutine enter_next_step
 
+  !> The first half step of an explicit step from rest: an increment without one before it.
+  subroutine begin_motion(model, run, rate)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), intent(in) :: rate         !! as in `take_step`
+    real(wp) :: dt
+
+    dt = 0.0_wp
+    call apply_forces(model, run)
+    call advance_step_size(run, rate, .false., dt)
+    call update_velocities(model, run, .false., .false.)
+  end subroutine begin_motion
+
   !> What is due now, then the step; at the end of the last step of the deck no more, nor where the
   !! run stops. A frame is filled at its time and written when the state after it is verified: if it
   !! is not, the result ends with the last verified state.
@@ -140,7 +153,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: warnings(:)
     real(wp) :: dt, rate
-    logical :: is_sample, is_frame, is_balanced, is_through
+    logical :: is_sample, is_frame, is_balanced, is_through, was_static
 
     dt = run%instant%dt
     rate = model%rate
@@ -177,7 +190,9 @@ contains
       is_end = .false.
       call check_relaxation(model, error)
       if (allocated(error)) return
+      was_static = model%step%is_static
       call enter_next_step(model, run)
+      if (was_static .and. .not. model%step%is_static) call begin_motion(model, run, rate)
       call begin_pace(run)
       call log_step(log, model, run%instant%time)
     end if
