@@ -14,7 +14,7 @@ import time
 
 import h5py
 import numpy as np
-from run_results import differing, numbers
+from run_results import Run, differing, numbers
 from springback import curvatures, curvatures_of_shell, sprung_by_rule
 from suite import Case
 
@@ -132,6 +132,30 @@ def same_bits(case):
                  len(differing(numbers(whole + ".h5"), numbers(cut + ".h5"))), 0, 0)
 
 
+def steps_after(case):
+    """A sheet that has sprung back stays as it is, in static steps and in explicit ones; there the
+    energies stay in balance."""
+    deck, result = (os.path.join(case.out, f"{case.name}_after{end}") for end in (".key", ".h5"))
+    fold_deck = os.path.abspath(os.path.join(case.decks, "released_fold.key"))
+    with open(deck, "w", encoding="utf-8") as file:
+        file.write(f'*INCLUDE, INPUT="{fold_deck}"\n' + "".join(
+            f"*STEP, NAME={name}\n{lines}\n*OUTPUT, FRAMES=1, HISTORY=20\n*END STEP\n"
+            for name, lines in (("again", "*STATIC\n0.5, 1"),
+                                ("rest", "*DYNAMIC, EXPLICIT\n1e-4"),
+                                ("last", "*STATIC\n0.5, 1"))))
+    subprocess.run([case.igaform, deck, "--threads", "1", "--quiet", "--out", result], check=True)
+    run = Run(result)
+    for number, name in ((3, "static"), (4, "explicit"), (5, "static")):
+        case.deviation(f"at rest, step {number}, {name}: way over the length",
+                       np.abs(run.frames[number] - run.frames[2]).max() / LENGTH, 1e-7)
+    history, number = run.history, run.history["process_step"]
+    case.deviation("at rest: kinetic over internal energy",
+                   (history["kinetic_energy"] / history["internal_energy"])[number > 2].max(),
+                   1e-12)
+    case.deviation("at rest: change of the error of energy",
+                   np.ptp(history["energy_error"][number > 2]), 1e-9)
+
+
 def what_goes_wrong(case):
     """A way too long for one increment, and a program whose file is gone when MUMPS is due."""
     words = [*case.command("released_fold", {"yield": 1e6}), "--quiet", "--out",
@@ -169,6 +193,7 @@ def main():
     strips(case)
     fold(case)
     same_bits(case)
+    steps_after(case)
     what_goes_wrong(case)
     case.finish()
 
