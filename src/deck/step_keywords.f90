@@ -297,12 +297,18 @@ contains
     if (i == 0) return
     associate (record => deck%records(i))
       step%origin = record%origin
-      step%static_increment = field_real(record, 1, 1)
-      step%duration = field_real(record, 1, 2)
+      step%static_increment = 1.0_wp
+      step%duration = 1.0_wp
+      if (record%n_lines > 0) then
+        step%static_increment = field_real(record, 1, 1)
+        step%duration = field_real(record, 1, 2)
+      end if
       step%least_increment = 1.0e-5_wp*step%duration
-      if (is_filled(record, 1, 3)) step%least_increment = field_real(record, 1, 3)
       step%most_increment = step%duration
-      if (is_filled(record, 1, 4)) step%most_increment = field_real(record, 1, 4)
+      if (record%n_lines > 0) then
+        if (is_filled(record, 1, 3)) step%least_increment = field_real(record, 1, 3)
+        if (is_filled(record, 1, 4)) step%most_increment = field_real(record, 1, 4)
+      end if
       if (step%static_increment > step%duration) call add_error(errors, record%origin, &
         "an initial increment longer than the period", "one of the period or less")
       if (step%least_increment > step%static_increment) call add_error(errors, record%origin, &
