@@ -81,8 +81,9 @@ contains
       n = n + count(deck%records(find_records(deck, "STATIC"))%step == i)
       if (n == 0) call add_error(errors, deck%records(starts(i))%origin, "no *DYNAMIC and no "// &
                                  "*STATIC in step "//to_text(i), "one of them in every step")
-      if (n > 1) call add_error(errors, deck%records(starts(i))%origin, "both *DYNAMIC and "// &
-                                "*STATIC in step "//to_text(i), "one of them in every step")
+      if (n > 1) call add_error(errors, deck%records(starts(i))%origin, "more than one of "// &
+                                "*DYNAMIC and *STATIC in step "//to_text(i), &
+                                "one of them in every step")
     end do
   end subroutine check_steps
 
@@ -136,6 +137,8 @@ contains
       step = scene%step
       if (i > 1) step = scene%later_steps(i - 1)%step
       if (.not. step%is_static) cycle
+      if (i == 1) call add_error(errors, step%origin, "a static first step", "an explicit step "// &
+                                 "before it: it releases what that leaves unbalanced")
       if (step%has_relaxation) call add_error(errors, step%origin, "*DYNAMIC RELAXATION in the "// &
         "static step "//to_text(i), "one or the other")
       do k = 1, size(scene%contacts)
@@ -152,6 +155,14 @@ contains
       if (any(scene%beads%first_step <= i .and. scene%beads%last_step >= i)) &
         call add_error(errors, step%origin, "a draw bead in the static step "//to_text(i), &
                        "*MODEL CHANGE, REMOVE of the bead")
+      do k = 1, size(scene%fields)
+        associate (field => scene%fields(k))
+          if (field%first_step <= i .and. field%last_step >= i .and. &
+              (field%curve > 0 .or. field%first_step == i)) call add_error(errors, field%origin, &
+            "a field that changes in the static step "//to_text(i), &
+            "one that stays: fields do not change in static steps yet")
+        end associate
+      end do
       do k = 1, size(scene%boundaries)
         associate (held => scene%boundaries(k))
           if (held%first_step <= i .and. held%last_step >= i .and. &

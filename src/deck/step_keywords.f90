@@ -309,6 +309,8 @@ contains
         if (is_filled(record, 1, 3)) step%least_increment = field_real(record, 1, 3)
         if (is_filled(record, 1, 4)) step%most_increment = field_real(record, 1, 4)
       end if
+      if (step%most_increment < step%static_increment) call add_error(errors, record%origin, &
+        "a greatest increment below the initial one", "one of the initial increment or more")
       if (step%static_increment > step%duration) call add_error(errors, record%origin, &
         "an initial increment longer than the period", "one of the period or less")
       if (step%least_increment > step%static_increment) call add_error(errors, record%origin, &

@@ -93,6 +93,7 @@ module element
     procedure :: take_moduli => keep_moduli
     procedure :: begin_step => keep_time
     procedure :: allow_viscosity => keep_viscosity
+    procedure :: forget_faces => keep_no_faces
     procedure :: set_state => no_state
     procedure :: size_of => no_size
     procedure :: new_fields => new_nodal_fields
@@ -242,6 +243,11 @@ contains
     class(element_t), intent(inout) :: self
     logical, intent(in) :: is_allowed
   end subroutine keep_viscosity
+
+  !> Nothing presses on the faces any more.
+  subroutine keep_no_faces(self)
+    class(element_t), intent(inout) :: self
+  end subroutine keep_no_faces
 
   !> Add to the outermost layer of a field at a side.
   pure subroutine add_to_layer(field, side, net)

@@ -44,6 +44,7 @@ contains
           best = [p, i]
         end do
       end do
+      if (largest <= least) exit   ! all on one line
       call hold(best(2), shape(fixed(best(1))%is_fixed), fixed(best(1))%is_fixed)
       call take(taken, rigid_row(parts(best(1)), best(2), centre, length))
       n = n + 1

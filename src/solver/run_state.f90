@@ -192,6 +192,7 @@ contains
       allocate (run%released(size(model%bodies%blank%parts)))
       do p = 1, size(run%released)
         run%released(p)%values = 0.0_wp*model%bodies%blank%parts(p)%element%motion%x
+        run%v_before(p)%values = run%released(p)%values
       end do
     end if
     call carry_fields(store, "released", run%released)

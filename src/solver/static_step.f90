@@ -15,6 +15,7 @@ module static_step
   use boundary, only: prescribed_components
   use vibration, only: fixed_t, trial_amount
   use model, only: model_t
+  use rigid_motion, only: move_tool
   use run_state, only: run_t
   use run_log, only: run_log_t, log_line
   use energy_balance, only: add_step
@@ -30,6 +31,7 @@ module static_step
 
   integer, parameter :: most_iterations = 16, enough_iterations = 6, most_cuts = 12
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the forces released
+  real(wp), parameter :: short = 1.0e-6_wp         !! of the increment: no time for laws to relax
   real(wp), parameter :: enough = 0.05_wp          !! of the residual left: the factors still serve
 
 contains
@@ -58,22 +60,30 @@ contains
     do p = 1, size(run%released)
       associate (motion => model%bodies%blank%parts(p)%element%motion)
         motion%v = 0.0_wp
+        motion%external_force = 0.0_wp
         run%v_before(p)%values = 0.0_wp
         run%released(p)%values = 0.0_wp*motion%x
       end associate
+      call model%bodies%blank%parts(p)%element%forget_faces()
     end do
-    run%static_dt = model%step%static_increment
-    call unbalanced_forces(model, run%released)
+    do p = 1, size(model%bodies%tools)
+      model%bodies%tools(p)%force = 0.0_wp
+      model%bodies%tools(p)%torque = 0.0_wp
+    end do
+    run%static_dt = min(model%step%static_increment, model%step%most_increment)
+    call unbalanced_forces(model, merge(run%instant%dt, short*run%static_dt, &
+                                        run%instant%dt > 0.0_wp), run%released)
   end subroutine begin_static
 
-  !> Forces of the stress as it is.
-  subroutine unbalanced_forces(model, forces)
+  !> Forces of the stress as it is. The time is short: laws that know rates relax in it.
+  subroutine unbalanced_forces(model, dt, forces)
     type(model_t), intent(inout) :: model
+    real(wp), intent(in) :: dt                     !! [time]
     type(field_t), intent(inout) :: forces(:)
     integer :: p
 
     associate (blank => model%bodies%blank)
-      call find_trial_forces(model, 1.0_wp)
+      call find_trial_forces(model, dt)
       do p = 1, size(forces)
         forces(p)%values = blank%parts(p)%element%motion%internal_force
       end do
@@ -384,6 +394,9 @@ contains
       end do
     end associate
     run%instant%time = run%instant%time + dt
+    do p = 1, size(model%motions)
+      call move_tool(model%motions(p), run%instant%time, dt, model%bodies%tools(p))
+    end do
     run%instant%dt = 0.0_wp
     run%instant%dt_mean = 0.0_wp
     run%n_steps = run%n_steps + 1

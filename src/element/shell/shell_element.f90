@@ -47,6 +47,7 @@ module shell_element
     procedure :: trial_forces
     procedure :: end_forces => trial_forces
     procedure :: drop_state
+    procedure :: forget_faces
     procedure :: single
     procedure :: elastic_energy
     procedure :: read_points
@@ -166,12 +167,20 @@ contains
 
     call self%solid_element_t%drop_state()
     self%points%resultant = 0.0_wp
+    call self%forget_faces()
+  end subroutine drop_state
+
+  !> The normal stress is gone, and forces on the faces that wait for the next evaluation.
+  subroutine forget_faces(self)
+    class(shell_element_t), intent(inout) :: self
+
     self%points%normal = 0.0_wp
     self%points%is_pressed = .false.
     self%through%push = 0.0_wp
     self%through%is_pressed = .false.
     self%through%is_watched = .false.
-  end subroutine drop_state
+    self%seen = -2
+  end subroutine forget_faces
 
   !> The element on its own span, with its share of the mass.
   subroutine single(self, element, copy)

@@ -332,6 +332,7 @@ contains
     class(solid_element_t), intent(inout) :: self
     logical, intent(in) :: is_allowed
 
+    if (self%patch%viscosity%is_active .eqv. (self%has_viscosity .and. is_allowed)) return
     self%patch%viscosity%is_active = self%has_viscosity .and. is_allowed
     self%patch%push = 0.0_wp
   end subroutine allow_viscosity
