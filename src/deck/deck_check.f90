@@ -42,7 +42,7 @@ contains
     end do
   end subroutine check_presence
 
-  !> Errors for keywords in the wrong place, and for steps without end or *DYNAMIC.
+  !> Errors for keywords in the wrong place, and for steps without end or kind.
   subroutine check_steps(deck, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(error_list_t), intent(inout) :: errors

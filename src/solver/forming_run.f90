@@ -1,4 +1,4 @@
-!> The run: one explicit step after the other, with what is due in between.
+!> The run: one increment after the other, explicit or static, with what is due in between.
 module forming_run
   use kinds, only: wp
   use text, only: string_t, to_text, rounded_text, append_text

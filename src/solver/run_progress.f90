@@ -40,11 +40,13 @@ contains
     if (allocated(model%step%name)) progress%name = model%step%name
     seconds = wall_seconds(run)
     call find_decay(model%supports, decay)
-    progress%is_of_step = allocated(decay) .or. any(model%later_steps%step%has_relaxation)
+    progress%is_of_step = allocated(decay) .or. model%step%is_static &
+                          .or. any(model%later_steps%step%has_relaxation) &
+                          .or. any(model%later_steps%step%is_static)
     if (progress%is_of_step) then
       progress%fraction = step_fraction(model, run)
       n_left = max(0.0_wp, run%control%end_time - run%instant%time) &
-               /max(run%instant%dt, tiny(1.0_wp))
+               /max(merge(run%static_dt, run%instant%dt, model%step%is_static), tiny(1.0_wp))
       if (allocated(decay)) n_left = min(n_left, increments_left(decay))
       if (progress%fraction > 0.0_wp .and. n_left >= 0.0_wp .and. run%n_steps > run%pace_steps) &
         progress%seconds_left = n_left*(seconds - run%pace_seconds)/(run%n_steps - run%pace_steps)

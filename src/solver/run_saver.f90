@@ -96,7 +96,8 @@ contains
       call take_state(saver%entry, model, run, results)
     end if
     is_end = is_last .and. saver%is_lasting .and. run%n_steps > saver%saved_step
-    is_at_once = .not. allocated(saver%verified) .or. is_end
+    ! An equilibrium needs no increments behind it to show that it is sound.
+    is_at_once = .not. allocated(saver%verified) .or. is_end .or. model%step%is_static
     if (run%n_steps <= saver%taken_step + n_verifying .and. .not. is_at_once) return
     is_over = is_interval_over(saver, model, run) .or. is_end
     is_due = is_at_once .or. is_over .or. run%n_waiting > 0 &
@@ -162,12 +163,13 @@ contains
     is_due = ticks_to_seconds(now - last_ticks) >= saver%every_seconds
   end function is_clock_due
 
-  !> The end of the last step of the deck.
+  !> The end of the last step of the deck, without static ones to come: their time is no measure.
   pure real(wp) function final_time(model, run)
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
 
-    final_time = run%control%end_time + sum(model%later_steps%step%duration)
+    final_time = run%control%end_time + sum(model%later_steps%step%duration, &
+                                            mask=.not. model%later_steps%step%is_static)
   end function final_time
 
   !> The state of this increment, not verified yet. Frames that are not written yet belong to it.
@@ -424,6 +426,7 @@ contains
     logical :: is_from_entry
 
     is_trying = .false.
+    if (model%step%is_static) return   ! It has cut its increments itself.
     if (.not. (may_retry(saver, run) .and. allocated(saver%verified))) return
     is_from_entry = allocated(saver%entry) .and. saver%verified%deck_step /= model%i_step
     if (is_from_entry) is_from_entry = saver%entry%deck_step == model%i_step &
