@@ -18,7 +18,7 @@ module mises_plastic
   use plane_stress, only: plane_trial, flow_in_plane, mode_moduli, plane_work, in_space
   use back_stress_rows, only: multiply, find_products, relative_stress, flow_relative
   use tensor_rotation, only: rotate_all_by_spin
-  use voce, only: elastic_trial
+  use voce, only: elastic_trial, flow_radially
   implicit none
   private
 
@@ -136,28 +136,6 @@ contains
       call heat_up(self%curve%heating, (mises - stiffness*dgamma)*dgamma, &
                    state(:, self%n_state))
   end subroutine return_radially
-
-  !> Plastic strains `dgamma` along the deviators of the trial stress.
-  pure subroutine flow_radially(n, shear3, mises, dgamma, stress, eqps)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: shear3, mises(n), dgamma(n)   !! 3G; of the trial stress
-    real(wp), intent(inout) :: stress(n, 6), eqps(n)
-    real(wp) :: scaling, mean
-    integer :: l
-
-    !$omp simd private(scaling, mean)
-    do l = 1, n
-      scaling = 1.0_wp - shear3*dgamma(l)/max(mises(l), tiny(mises))
-      mean = (1.0_wp - scaling)*(stress(l, 1) + stress(l, 2) + stress(l, 3))/3.0_wp
-      stress(l, 1) = scaling*stress(l, 1) + mean
-      stress(l, 2) = scaling*stress(l, 2) + mean
-      stress(l, 3) = scaling*stress(l, 3) + mean
-      stress(l, 4) = scaling*stress(l, 4)
-      stress(l, 5) = scaling*stress(l, 5)
-      stress(l, 6) = scaling*stress(l, 6)
-      eqps(l) = eqps(l) + dgamma(l)
-    end do
-  end subroutine flow_radially
 
   !> Return of a row with back stresses.
   subroutine return_with_back_stresses(self, n, dt, mises, guess, stress, state, ok)

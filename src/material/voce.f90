@@ -12,7 +12,7 @@ module voce
   implicit none
   private
 
-  public :: new_voce, elastic_trial
+  public :: new_voce, elastic_trial, flow_radially
 
   !> Hardening sigma_0 + Q (1 - exp(-b eqps)); the only state is the equivalent plastic strain.
   type, extends(block_law_t), public :: voce_t
@@ -103,9 +103,8 @@ contains
     real(wp), intent(inout) :: stress(n, 6), eqps(n)
     logical, intent(out) :: ok
     integer, parameter :: max_iterations = 50
-    real(wp), parameter :: tolerance = 1.0e-16_wp, tiny_stress = 1.0e-30_wp
+    real(wp), parameter :: tolerance = 1.0e-16_wp
     real(wp) :: dgamma(n), left(n), faded(n), now, step, worst, most, curvature
-    real(wp) :: scaling, mean
     integer :: l, iteration
 
     left = -rate*eqps
@@ -143,10 +142,20 @@ contains
       most = most + worst
       ok = curvature*worst*worst <= tolerance
     end do
+    call flow_radially(n, shear3, mises, dgamma, stress, eqps)
+  end subroutine radial_return
+
+  !> Plastic strains `dgamma` along the deviators of the trial stress.
+  pure subroutine flow_radially(n, shear3, mises, dgamma, stress, eqps)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: shear3, mises(n), dgamma(n)   !! 3G; of the trial stress
+    real(wp), intent(inout) :: stress(n, 6), eqps(n)
+    real(wp) :: scaling, mean
+    integer :: l
+
     !$omp simd private(scaling, mean)
     do l = 1, n
-      scaling = 1.0_wp - shear3*dgamma(l)/max(mises(l), tiny_stress)
-      eqps(l) = eqps(l) + dgamma(l)
+      scaling = 1.0_wp - shear3*dgamma(l)/max(mises(l), tiny(mises))
       mean = (1.0_wp - scaling)*(stress(l, 1) + stress(l, 2) + stress(l, 3))/3.0_wp
       stress(l, 1) = scaling*stress(l, 1) + mean
       stress(l, 2) = scaling*stress(l, 2) + mean
@@ -154,8 +163,9 @@ contains
       stress(l, 4) = scaling*stress(l, 4)
       stress(l, 5) = scaling*stress(l, 5)
       stress(l, 6) = scaling*stress(l, 6)
+      eqps(l) = eqps(l) + dgamma(l)
     end do
-  end subroutine radial_return
+  end subroutine flow_radially
 
   !> Elastic trial and return in plane stress.
   subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
