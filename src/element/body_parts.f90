@@ -10,8 +10,8 @@ module body_parts
   implicit none
   private
 
-  public :: forces_of_parts, elastic_copies, set_inertia, share_internal_forces, &
-            share_external_forces, carry_fields
+  public :: forces_of_parts, end_forces_of_parts, elastic_copies, set_inertia
+  public :: share_internal_forces, share_external_forces, carry_fields
 
   !> A field on the control points or the integration points of one part.
   type, public :: field_t
@@ -41,15 +41,41 @@ contains
       else
         call parts(p)%element%trial_forces(law, dt, part)
       end if
-      call merge_reports(report, part)
-      if (report%failed_block == huge(1) .and. part%failed_block < huge(1)) then
-        report%failed_block = part%failed_block
-        report%failed_part = p
-      end if
+      call add_part(p, part, report)
     end do
     if (present(joints)) call add_joint_forces(joints, parts, dt, .not. is_committed, report)
     call share_internal_forces(parts, seams)
   end subroutine forces_of_parts
+
+  !> Add the report of a part to that of all parts.
+  pure subroutine add_part(p, part, report)
+    integer, intent(in) :: p
+    type(force_report_t), intent(in) :: part
+    type(force_report_t), intent(inout) :: report
+
+    call merge_reports(report, part)
+    if (report%failed_block == huge(1) .and. part%failed_block < huge(1)) then
+      report%failed_block = part%failed_block
+      report%failed_part = p
+    end if
+  end subroutine add_part
+
+  !> Internal forces at the end of trial motions, each part its own: nothing is summed at seams.
+  subroutine end_forces_of_parts(parts, law, dt, report, joints)
+    type(part_t), intent(inout) :: parts(:)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                      !! [time]
+    type(force_report_t), intent(out) :: report     !! of all parts together
+    type(shell_joints_t), intent(inout) :: joints   !! of shells that pass moments
+    type(force_report_t) :: part
+    integer :: p
+
+    do p = 1, size(parts)
+      call parts(p)%element%end_forces(law, dt, part)
+      call add_part(p, part, report)
+    end do
+    call add_joint_forces(joints, parts, dt, .true., report)
+  end subroutine end_forces_of_parts
 
   !> Copies of parts for trial motions of an elastic law.
   function elastic_copies(parts) result(copies)

@@ -69,8 +69,8 @@ contains
     omega = sqrt(max(0.0_wp, eigenvalues(0.5_wp*(matrix + transpose(matrix)))))
   end function free_frequencies
 
-  !> Displacement for differences of forces: small beside the elements, and a power of two, so that
-  !! positions take it without round-off wherever the body lies.
+  !> Displacement for differences of forces: small compared with the elements, and a power of two,
+  !! so that positions take it without round-off.
   pure real(wp) function trial_amount(bodies) result(amount)
     type(part_t), intent(in) :: bodies(:)
     integer :: i

@@ -4,7 +4,7 @@
 !! element with a given one are a box of its patch. Elements, and whatever else couples components,
 !! are added as dense blocks over a list of components, one after the other in the order of the
 !! calls, so that the result has the same bits always. Blocks may be computed by many threads; to
-!! add them costs little beside the factors.
+!! add them costs little compared with the factors.
 module sparse_matrix
   use kinds, only: wp
   use unknowns, only: unknowns_t
@@ -28,8 +28,8 @@ module sparse_matrix
     type(spans_t) :: axis(3)
   end type patch_grid_t
 
-  !> Components that something beside elements couples, such as joints of shells: each with each of
-  !! its list, list l being first(l) to first(l + 1) - 1.
+  !> Components that something other than elements couples, such as joints of shells: each with
+  !! each of its list, list l being first(l) to first(l + 1) - 1.
   type, public :: couplings_t
     integer, allocatable :: first(:), component(:)
   end type couplings_t

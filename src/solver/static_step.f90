@@ -9,9 +9,7 @@ module static_step
   use kinds, only: wp
   use text, only: to_text, rounded_text, counted
   use failure, only: error_t, fail
-  use element, only: force_report_t, merge_reports
-  use shell_joints, only: add_joint_forces
-  use body_parts, only: field_t, forces_of_parts
+  use body_parts, only: field_t, forces_of_parts, end_forces_of_parts
   use boundary, only: prescribed_components
   use vibration, only: fixed_t, trial_amount
   use model, only: model_t
@@ -83,7 +81,7 @@ contains
     integer :: p
 
     associate (blank => model%bodies%blank)
-      call find_trial_forces(model, dt)
+      call end_forces_of_parts(blank%parts, blank%law, dt, blank%report, blank%joints)
       do p = 1, size(forces)
         forces(p)%values = blank%parts(p)%element%motion%internal_force
       end do
@@ -293,7 +291,9 @@ contains
     integer :: p
 
     call move_by(model, start, dt, stiffness, to_components(stiffness%map, u))
-    call find_trial_forces(model, dt)
+    associate (blank => model%bodies%blank)
+      call end_forces_of_parts(blank%parts, blank%law, dt, blank%report, blank%joints)
+    end associate
     do p = 1, size(forces)
       forces(p)%values = level*run%released(p)%values &
                          - model%bodies%blank%parts(p)%element%motion%internal_force
@@ -303,24 +303,6 @@ contains
     if (model%bodies%blank%report%failed_block < huge(1) .or. .not. sum(abs(residual)) &
         <= huge(norm)) norm = huge(norm)
   end subroutine find_residual
-
-  !> Trial forces, not summed at seams: the unknowns do that.
-  subroutine find_trial_forces(model, dt)
-    type(model_t), intent(inout) :: model
-    real(wp), intent(in) :: dt
-    type(force_report_t) :: part
-    integer :: p
-
-    associate (blank => model%bodies%blank)
-      blank%report = force_report_t()
-      do p = 1, size(blank%parts)
-        call blank%parts(p)%element%end_forces(blank%law, dt, part)
-        call merge_reports(blank%report, part)
-        blank%report%failed_block = min(blank%report%failed_block, part%failed_block)
-      end do
-      call add_joint_forces(blank%joints, blank%parts, dt, .true., blank%report)
-    end associate
-  end subroutine find_trial_forces
 
   !> Displacements since the last equilibrium as a motion that trial forces understand.
   subroutine move_by(model, start, dt, stiffness, displacement)

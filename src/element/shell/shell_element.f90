@@ -549,7 +549,7 @@ contains
     self%has_viscosity = .true.
   end subroutine damp_bending
 
-  !> So short that the sheet of the copy is thick beside its elements.
+  !> So short that the sheet of the copy is thick compared with its elements.
   pure real(wp) function bending_lag(self, law) result(lag)
     class(shell_element_t), intent(in) :: self
     class(block_law_t), intent(in) :: law
