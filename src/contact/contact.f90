@@ -67,7 +67,7 @@ module contact
     real(wp) :: travel = 0.0_wp    !! points against the tool [length]
     real(wp) :: longest = 0.0_wp   !! along a normal, amply [length]
     real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
-    real(wp) :: slip_work = 0.0_wp, damped = 0.0_wp   !! energies lost
+    real(wp) :: slip_work = 0.0_wp, damped = 0.0_wp, passed = 0.0_wp   !! energies lost
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
@@ -104,6 +104,9 @@ module contact
     type(contact_statistics_t) :: statistics
     type(friction_t), allocatable :: friction            !! only where there is some
     type(contact_damping_t), allocatable :: damping      !! likewise
+    logical :: is_static = .false.           !! forces balance: springs alone, at their whole load
+    real(wp) :: passed = 0.0_wp              !! energy of loads that moved points on to the tool or
+                                             !! off it within static increments [energy]
   end type contact_t
 
 contains
@@ -302,6 +305,7 @@ contains
         tool%force = tool%force + part%reaction
         slip_work = slip_work + part%slip_work
         damped = damped + part%damped
+        contact%passed = contact%passed + part%passed
       end associate
       associate (total => contact%statistics, part => contact%results(t)%counts)
         total%n_tested = total%n_tested + part%n_tested
@@ -428,13 +432,42 @@ contains
       result%counts%n_touching = result%counts%n_touching + merge(1, 0, depth(i) > 0.0_wp)
     end do
     call find_pressed_depths(pressed%n, result%longest, depth, start)
-    call push_points(pressed, depth, result%energy)
-    if (allocated(contact%damping)) call damp_points(contact%damping, dt, pressed, result%damped)
+    if (contact%is_static) then
+      call load_points(contact, pressed, depth, result%energy, result%passed)
+    else
+      call push_points(pressed, depth, result%energy)
+      if (allocated(contact%damping)) call damp_points(contact%damping, dt, pressed, result%damped)
+    end if
     if (allocated(contact%friction)) then
       call apply_friction(contact%friction, pressed, result%energy, result%slip_work)
     end if
     call keep_pressed(contact, start, pressed, result%reaction)
   end subroutine press_due
+
+  !> Springs along the normal at their whole load, as a static increment balances them. Work is that
+  !! of the mean of the forces before and after over the whole increment, as all work is counted; of
+  !! a point that came to the tool on the way it is more than its spring stores.
+  pure subroutine load_points(contact, pressed, depth, stored, passed)
+    type(contact_t), intent(in) :: contact
+    type(pressed_points_t), intent(inout) :: pressed
+    real(wp), intent(in) :: depth(most_points)   !! that loads the springs [length]
+    real(wp), intent(inout) :: stored            !! added to [energy]
+    real(wp), intent(inout) :: passed            !! what the springs do not store, added to [energy]
+    real(wp) :: before(3)
+    integer :: i
+
+    do i = 1, pressed%n
+      associate (p => pressed%point(i), k => pressed%stiffness(i))
+        pressed%push(i) = k*depth(i)
+        before = contact%force(p, :)
+        if (allocated(contact%friction)) before = before + k*contact%friction%stretch(:, p)
+        stored = stored + 0.5_wp*k*depth(i)**2
+        passed = passed - 0.5_wp*dot_product(before + pressed%push(i)*pressed%normal(i, :), &
+                                             pressed%moved(i, :)) &
+                 - 0.5_wp*(k*depth(i)**2 - dot_product(before, before)/k)
+      end associate
+    end do
+  end subroutine load_points
 
   !> Points that touch or touched, and how they moved.
   pure subroutine take_pressed(contact, tile, due, list, start, depth, pressed)
@@ -638,6 +671,7 @@ contains
     call carry_array(store, "tool_displacement", 3, contact%motion%displacement)
     call carry(store, "is_started", contact%motion%is_started)
     call carry(store, "share", contact%scale)
+    call carry(store, "passed", contact%passed)
     call carry_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
     call carry_array(store, "net", size(contact%motion%now), contact%motion%now)
     call carry_indices(store, "face", size(contact%face), contact%n_faces, contact%face)

@@ -8,7 +8,7 @@ module deck_check
   use scene, only: scene_t, step_spec_t, is_held
   use keyword_spec, only: keyword_spec_t, in_first_step, inside_step, needs_step, anywhere, &
                           may_be_in_step
-  use deck_records, only: record_t, parsed_deck_t, find_records, deck_end
+  use deck_records, only: record_t, parsed_deck_t, find_records, first_record, deck_end
   implicit none
   private
 
@@ -40,6 +40,9 @@ contains
                        " in the deck, which ends here", "one *"//deck%keywords(i)%name//hint)
       end if
     end do
+    if (size(find_records(deck, "DYNAMIC")) + size(find_records(deck, "STATIC")) == 0) &
+      call add_error(errors, deck_end(deck%lexed), "no *DYNAMIC and no *STATIC in the deck, "// &
+                     "which ends here", "one of them"//hint)
   end subroutine check_presence
 
   !> Errors for keywords in the wrong place, and for steps without end or kind.
@@ -76,6 +79,10 @@ contains
     end do
     if (is_open) call add_error(errors, deck%records(starts(size(starts)))%origin, &
                                 "a step that does not end", "an *END STEP at its end")
+    if (size(starts) == 0 .and. min(size(find_records(deck, "DYNAMIC")), &
+                                    size(find_records(deck, "STATIC"))) > 0) &
+      call add_error(errors, deck%records(first_record(deck, "STATIC", 0))%origin, &
+                     "*DYNAMIC and *STATIC in a deck without steps", "one of them, or a *STEP each")
     do i = 1, size(starts)
       n = count(deck%records(find_records(deck, "DYNAMIC"))%step == i)
       n = n + count(deck%records(find_records(deck, "STATIC"))%step == i)
@@ -137,21 +144,8 @@ contains
       step = scene%step
       if (i > 1) step = scene%later_steps(i - 1)%step
       if (.not. step%is_static) cycle
-      if (i == 1) call add_error(errors, step%origin, "a static first step", "an explicit step "// &
-                                 "before it: it releases what that leaves unbalanced")
       if (step%has_relaxation) call add_error(errors, step%origin, "*DYNAMIC RELAXATION in the "// &
         "static step "//to_text(i), "one or the other")
-      do k = 1, size(scene%contacts)
-        associate (pair => scene%contacts(k))
-          if (pair%first_step <= i .and. pair%last_step >= i) call add_error(errors, step%origin, &
-            "the tool "//scene%tools(pair%tool)%name//" at the blank in the static step "// &
-            to_text(i), "*MODEL CHANGE, REMOVE of the tool in this step or before: there is no "// &
-            "contact in static steps yet")
-        end associate
-      end do
-      if (any(scene%loads%first_step <= i .and. scene%loads%last_step >= i)) &
-        call add_error(errors, step%origin, "a load in the static step "//to_text(i), &
-                       "a step without loads (OP=NEW): they do not act in static steps yet")
       if (any(scene%beads%first_step <= i .and. scene%beads%last_step >= i)) &
         call add_error(errors, step%origin, "a draw bead in the static step "//to_text(i), &
                        "*MODEL CHANGE, REMOVE of the bead")
@@ -161,14 +155,6 @@ contains
               (field%curve > 0 .or. field%first_step == i)) call add_error(errors, field%origin, &
             "a field that changes in the static step "//to_text(i), &
             "one that stays: fields do not change in static steps yet")
-        end associate
-      end do
-      do k = 1, size(scene%boundaries)
-        associate (held => scene%boundaries(k))
-          if (held%first_step <= i .and. held%last_step >= i .and. &
-              any(held%is_prescribed .and. abs(held%velocity) > 0.0_wp)) &
-            call add_error(errors, held%origin, "a support that moves in the static step "// &
-                           to_text(i), "one at rest: supports do not move in static steps yet")
         end associate
       end do
     end do

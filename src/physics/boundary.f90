@@ -3,7 +3,7 @@ module boundary
   use kinds, only: wp
   use state_store, only: state_store_t, carry
   use blank, only: assembly_t
-  use motion_curve, only: curve_value, start_curve
+  use motion_curve, only: curve_value, curve_integral, start_curve
   use element, only: part_t
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
@@ -11,7 +11,7 @@ module boundary
   implicit none
   private
 
-  public :: prescribed_components
+  public :: prescribed_components, move_supports, take_reactions
 
   !> One component of a list of control points with a common velocity. Applied to the velocities
   !! of the half step, so the control points follow the curve exactly; the reaction is what the
@@ -83,6 +83,58 @@ contains
       first = tie%last(g) + 1
     end do
   end subroutine add_leaders
+
+  !> Give the points that supports move in a static increment their mean velocities.
+  subroutine move_supports(supports, parts, time, dt)
+    type(effect_slot_t), intent(inout) :: supports(:)
+    type(part_t), intent(inout) :: parts(:)
+    real(wp), intent(in) :: time, dt                   !! its end, and how long it is [time]
+    real(wp) :: velocity
+    integer :: i, p
+
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (boundary_t)
+        velocity = item%velocity/dt*(curve_integral(item%curve, time) &
+                                     - curve_integral(item%curve, time - dt))
+        item%moved = velocity*dt
+        do p = 1, size(item%points, 2)
+          associate (at => item%points(:, p))
+            parts(item%part(p))%element%motion%v(at(1), at(2), at(3), item%component) = velocity
+          end associate
+        end do
+      end select
+    end do
+  end subroutine move_supports
+
+  !> Reactions of supports where forces balance, and their work on the way that they have moved
+  !! last. A force at a seam counts by the share that a patch has of the mass there.
+  subroutine take_reactions(supports, parts)
+    type(effect_slot_t), intent(inout) :: supports(:)
+    type(part_t), intent(in) :: parts(:)
+    real(wp) :: total
+    integer :: i, p
+
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (boundary_t)
+        total = 0.0_wp
+        do p = 1, size(item%points, 2)
+          associate (at => item%points(:, p), c => item%component, &
+                     body => parts(item%part(p))%element)
+            total = total + body%mass(at(1), at(2), at(3))/body%inertia(at(1), at(2), at(3)) &
+                    *(body%motion%internal_force(at(1), at(2), at(3), c) &
+                      - body%motion%external_force(at(1), at(2), at(3), c))
+          end associate
+        end do
+        item%external_work = item%external_work + 0.5_wp*(item%force(item%component) + total) &
+                             *item%moved
+        item%force(item%component) = total
+        item%moved = 0.0_wp
+        item%is_catching = .false.
+      end select
+    end do
+  end subroutine take_reactions
 
   !> Replace the velocities and record the total reaction and its work.
   subroutine apply(self, bodies, instant)

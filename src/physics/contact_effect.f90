@@ -146,6 +146,7 @@ contains
     real(wp) :: before(3), on_blank(3), couple(3, 3)
 
     couple = 0.0_wp
+    self%pair%is_static = instant%is_static
     if (self%is_awake) call schedule_tests(self%pair)
     associate (tool => bodies%tools(self%tool))
       before = tool%force
@@ -283,6 +284,7 @@ contains
 
     tally%external_work = tally%external_work + self%external_work
     tally%contact_energy = tally%contact_energy + self%energy
+    tally%damping_energy = tally%damping_energy + self%pair%passed
     if (allocated(self%pair%friction)) then
       tally%friction_energy = tally%friction_energy + self%pair%friction%energy
     end if

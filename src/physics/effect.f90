@@ -17,6 +17,7 @@ module effect
     real(wp) :: time = 0.0_wp       !! of the positions
     real(wp) :: dt = 0.0_wp         !! increment that led to them (forces) or leads on (velocities)
     real(wp) :: dt_mean = 0.0_wp    !! mean of `dt` and the increment before it (velocities)
+    logical :: is_static = .false.  !! forces balance: nothing depends on how fast points move
   end type instant_t
 
   !> What the effects add to the balances: work since the start, the rest as it is now but for

@@ -6,11 +6,12 @@ module model
   use scene, only: step_spec_t, output_spec_t, later_step_t, probe_spec_t
   use blank, only: assembly_t
   use rigid_motion, only: rigid_motion_t, start_motion
-  use effect, only: effect_t, effect_slot_t, add_effect, sort_effects
+  use body_parts, only: share_external_forces
+  use effect, only: effect_t, effect_slot_t, instant_t, add_effect, apply_effects, sort_effects
   implicit none
   private
 
-  public :: increment_limit, add_support, hold_back_forces, begin_next_step
+  public :: increment_limit, add_support, hold_back_forces, begin_next_step, apply_forces
 
   !> All that a run needs; built by `model_setup`.
   type, public :: model_t
@@ -62,6 +63,21 @@ contains
     is_later = [(model%forces(i)%item%first_step > 1, i=1, size(model%forces))]
     call move_slots(model%forces, is_later, model%later_forces)
   end subroutine hold_back_forces
+
+  !> Contact and loads, onto external forces of zero.
+  subroutine apply_forces(model, instant)
+    type(model_t), intent(inout) :: model
+    type(instant_t), intent(in) :: instant
+    integer :: t
+
+    if (size(model%forces) == 0) return
+    do t = 1, size(model%bodies%tools)
+      model%bodies%tools(t)%force = 0.0_wp
+      model%bodies%tools(t)%torque = 0.0_wp
+    end do
+    call apply_effects(model%forces, model%timer, model%bodies, instant)
+    call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
+  end subroutine apply_forces
 
   !> Go on to the next step at this time. Effects that stay keep all that they know; what the others
   !! have done stays in the balances. Forces of effects that end act once more, those of effects

@@ -6,19 +6,18 @@ module body_modes
   use failure, only: error_t, fail
   use text, only: to_text
   use linear_algebra, only: sorted_order, symmetric_eigensystem
-  use patch_points, only: determinant
   use patch_seams, only: seams_t
   use elastic, only: elastic_t
   use block_law, only: block_law_t
-  use element, only: part_t, next_element
+  use element, only: part_t
   use vibration, only: fixed_t, free_frequencies, trial_amount
   use shell_joints, only: shell_joints_t
   use body_parts, only: elastic_copies
   use unknowns, only: to_unknowns, unknowns_t
   use mumps_library, only: find_mumps
   use sparse_factor, only: sparse_factor_t
-  use body_stiffness, only: body_stiffness_t, find_stiffness, find_unknowns, masses_of, &
-                            new_body_stiffness
+  use body_stiffness, only: bending_guess, body_stiffness_t, add_stiffness, find_unknowns, &
+                            masses_of, new_body_stiffness
   implicit none
   private
 
@@ -110,7 +109,7 @@ contains
     if (allocated(error)) return
     trial = elastic_copies(bodies)
     springs = joints
-    call find_stiffness(stiffness, trial, &
+    call add_stiffness(stiffness, trial, &
                         elastic_t(density=law%density, bulk=law%bulk, shear=law%shear), 1.0_wp, &
                         trial_amount(bodies), springs)
     mass = to_unknowns(stiffness%map, masses_of(bodies))
@@ -124,49 +123,6 @@ contains
     if (.not. allocated(error)) call iterate(factor, mass, shift, n, values, error)
     if (.not. allocated(error)) omega = sqrt(max(0.0_wp, values))
   end subroutine lowest_frequencies
-
-  !> About the square of the angular frequency that a cantilever would have that is as long and wide
-  !! as the diameter of the body: below the lowest of most bodies.
-  real(wp) function bending_guess(bodies, law) result(square)
-    type(part_t), intent(in) :: bodies(:)
-    class(block_law_t), intent(in) :: law
-    real(wp) :: low(3), high(3), length, volume, mass
-    integer :: p, c
-
-    low = huge(1.0_wp)
-    high = -huge(1.0_wp)
-    volume = 0.0_wp
-    mass = 0.0_wp
-    do p = 1, size(bodies)
-      associate (element => bodies(p)%element)
-        do c = 1, 3
-          low(c) = min(low(c), minval(element%motion%x(:, :, :, c)))
-          high(c) = max(high(c), maxval(element%motion%x(:, :, :, c)))
-        end do
-        mass = mass + sum(element%mass)
-      end associate
-      volume = volume + volume_of(bodies(p))
-    end do
-    length = norm2(high - low)
-    square = law%shear*volume**3/(mass*length**8)
-  end function bending_guess
-
-  !> By one point of each element.
-  real(wp) function volume_of(part) result(volume)
-    type(part_t), intent(in) :: part
-    real(wp) :: j(3, 3), x(3)
-    integer :: e(3), i
-
-    e = [0, 1, 1]
-    volume = 0.0_wp
-    associate (element => part%element)
-      do i = 1, product(element%n_elements)
-        call next_element(element%n_elements, e)
-        call element%jacobian(element%grid, e, [1, 1, 1], j, x)
-        volume = volume + 8.0_wp*abs(determinant(j))
-      end do
-    end associate
-  end function volume_of
 
   !> The lowest eigenvalues of K x = w M x from the factors of K + s M: with X' M X = 1, those of
   !! X' M (K + s M)^-1 M X come close to 1/(w + s).

@@ -11,18 +11,19 @@ module body_stiffness
   use knot_vector, only: knot_vector_t, span_table
   use patch_seams, only: seams_t, top_of
   use block_law, only: block_law_t
-  use element, only: element_t, part_t, force_report_t
+  use element, only: element_t, part_t, force_report_t, next_element
+  use patch_points, only: determinant
   use vibration, only: fixed_t
   use basis_tables, only: n_lanes
   use shell_joints, only: shell_joints_t, add_joint_forces
   use body_parts, only: field_t
   use unknowns, only: new_unknowns, tie_t, unknowns_t
   use sparse_matrix, only: add_block, add_entry, couplings_t, new_patch_grid, &
-                           new_symmetric_matrix, patch_grid_t, set_zero, symmetric_matrix_t
+                           new_symmetric_matrix, patch_grid_t, symmetric_matrix_t
   implicit none
   private
 
-  public :: find_unknowns, new_body_stiffness, find_stiffness, masses_of
+  public :: find_unknowns, new_body_stiffness, add_stiffness, masses_of, bending_guess
 
   !> The matrix over the unknowns of a body, and where its entries come from.
   type, public :: body_stiffness_t
@@ -146,6 +147,49 @@ contains
     end do
   end function masses_of
 
+  !> About the square of the angular frequency that a cantilever would have that is as long and wide
+  !! as the diameter of the body: below the lowest of most bodies.
+  real(wp) function bending_guess(bodies, law) result(square)
+    type(part_t), intent(in) :: bodies(:)
+    class(block_law_t), intent(in) :: law
+    real(wp) :: low(3), high(3), length, volume, mass
+    integer :: p, c
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    volume = 0.0_wp
+    mass = 0.0_wp
+    do p = 1, size(bodies)
+      associate (element => bodies(p)%element)
+        do c = 1, 3
+          low(c) = min(low(c), minval(element%motion%x(:, :, :, c)))
+          high(c) = max(high(c), maxval(element%motion%x(:, :, :, c)))
+        end do
+        mass = mass + sum(element%mass)
+      end associate
+      volume = volume + volume_of(bodies(p))
+    end do
+    length = norm2(high - low)
+    square = law%shear*volume**3/(mass*length**8)
+  end function bending_guess
+
+  !> By one point of each element.
+  real(wp) function volume_of(part) result(volume)
+    type(part_t), intent(in) :: part
+    real(wp) :: j(3, 3), x(3)
+    integer :: e(3), i
+
+    e = [0, 1, 1]
+    volume = 0.0_wp
+    associate (element => part%element)
+      do i = 1, product(element%n_elements)
+        call next_element(element%n_elements, e)
+        call element%jacobian(element%grid, e, [1, 1, 1], j, x)
+        volume = volume + 8.0_wp*abs(determinant(j))
+      end do
+    end associate
+  end function volume_of
+
   !> The unknowns of a body and the entries of its matrix, which are zero yet.
   subroutine new_body_stiffness(stiffness, parts, seams, fixed, error, joints)
     type(body_stiffness_t), intent(out) :: stiffness
@@ -238,10 +282,10 @@ contains
     cell%points = cell%points(:n)
   end subroutine set_cell
 
-  !> Fill the matrix: how forces at the end of the motion that the parts make in `dt` from here
+  !> Add to the matrix how forces at the end of the motion that the parts make in `dt` from here
   !! change with displacements. Stress, state and motion stay, but for the internal forces, which
   !! are used up.
-  subroutine find_stiffness(stiffness, parts, law, dt, amount, joints)
+  subroutine add_stiffness(stiffness, parts, law, dt, amount, joints)
     type(body_stiffness_t), intent(inout) :: stiffness
     type(part_t), intent(inout) :: parts(:)
     class(block_law_t), intent(in) :: law
@@ -250,13 +294,12 @@ contains
     type(shell_joints_t), intent(inout), optional :: joints
     integer :: p
 
-    call set_zero(stiffness%matrix)
     do p = 1, size(parts)
       call add_part(stiffness, stiffness%grids(p), parts(p)%element, law, dt, amount)
     end do
     if (.not. present(joints)) return
     if (joints%n_cells > 0) call add_joints(stiffness, parts, joints, dt, amount)
-  end subroutine find_stiffness
+  end subroutine add_stiffness
 
   !> Add the stiffness of a part.
   subroutine add_part(stiffness, grid, element, law, dt, amount)

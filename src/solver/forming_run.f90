@@ -4,11 +4,10 @@ module forming_run
   use text, only: string_t, to_text, rounded_text, append_text
   use failure, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
-  use body_parts, only: field_t, share_external_forces, forces_of_parts
+  use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths
-  use effect, only: apply_effects
-  use model, only: model_t, begin_next_step
+  use model, only: model_t, begin_next_step, apply_forces
   use frames, only: results_t, write_frame
   use history, only: record_sample
   use run_log, only: run_log_t, log_line, log_progress, log_lines
@@ -60,6 +59,7 @@ contains
       allocate (run%v_before(size(parts)))
       do i = 1, size(parts)
         run%v_before(i)%values = parts(i)%element%motion%v
+        if (model%step%is_static) call parts(i)%element%allow_viscosity(.false.)
       end do
     end associate
     allocate (run%frames(1))
@@ -84,7 +84,7 @@ contains
     if (allocated(error)) return
     call begin_pace(run)
     call log_step(log, model, run%control%start_time)
-    if (.not. run%is_resumed) call apply_forces(model, run)
+    if (.not. run%is_resumed) call apply_forces(model, run%instant)
     if (model%step%is_static .and. .not. run%is_resumed) call begin_static(model, run)
     do
       call run_increment(model, run, results, log, saver, is_end, error)
@@ -124,6 +124,7 @@ contains
                          model%later_steps(1)%step%is_static))
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
+    run%instant%is_static = model%step%is_static
     if (model%step%is_static) call begin_static(model, run)
   end subroutine enter_next_step
 
@@ -135,7 +136,7 @@ contains
     real(wp) :: dt
 
     dt = 0.0_wp
-    call apply_forces(model, run)
+    call apply_forces(model, run%instant)
     call advance_step_size(run, rate, .false., dt)
     call update_velocities(model, run, .false., .false.)
   end subroutine begin_motion
@@ -259,7 +260,7 @@ contains
       call check_health(model, run%instant, run%control, error)
     end associate
     call stop_watch(model%timer, run%watch_blank)
-    if (.not. allocated(error)) call apply_forces(model, run)
+    if (.not. allocated(error)) call apply_forces(model, run%instant)
   end subroutine finish_step
 
   !> Size of the coming step and the mean that its velocities span; the last one repeats.
@@ -275,21 +276,6 @@ contains
     run%instant%dt = dt
     run%instant%dt_mean = 0.5_wp*(before + dt)
   end subroutine advance_step_size
-
-  !> Contact and loads, onto external forces of zero.
-  subroutine apply_forces(model, run)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    integer :: t
-
-    if (size(model%forces) == 0) return
-    do t = 1, size(model%bodies%tools)
-      model%bodies%tools(t)%force = 0.0_wp
-      model%bodies%tools(t)%torque = 0.0_wp
-    end do
-    call apply_effects(model%forces, model%timer, model%bodies, run%instant)
-    call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
-  end subroutine apply_forces
 
   !> Take the balances of this instant and check them: those of the history sample, if one is due,
   !! else they are discarded.

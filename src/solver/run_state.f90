@@ -94,6 +94,7 @@ contains
     call carry(store, "largest_penetration", run%largest_penetration)
     call carry(store, "largest_rate", model%bodies%blank%report%largest_rate)
     call carry(store, "internal_work", model%bodies%blank%report%internal_work)
+    run%instant%is_static = model%step%is_static
     call carry_control(run%control, run%instant%time, store)
     call carry_balance(run%balance, store)
     if (model%step%is_static) call carry_static(model, run, store)

@@ -1,34 +1,31 @@
-!> Static increments: equilibrium by Newton's method, on the elements and the state of the explicit
-!! steps. The residual is that of their force routine for the motion since the last equilibrium,
-!! which alone is committed; the tangent comes from its differences (`body_stiffness`).
+!> Static increments: equilibrium by Newton's method, on the elements, contact and loads of the
+!! explicit steps (`static_equations`).
 !!
-!! What held the blank when the step begins, contact that is gone and inertia, is ramped down over
-!! the step. Rigid motions that the supports leave are held at the fewest components that do.
+!! What does not balance when the step begins is ramped down over it: contact that is gone, inertia,
+!! and loads that are new, which so come up by a ramp.
 module static_step
   use, intrinsic :: iso_c_binding, only: c_funptr
   use kinds, only: wp
   use text, only: to_text, rounded_text, counted
   use failure, only: error_t, fail
-  use body_parts, only: field_t, forces_of_parts, end_forces_of_parts
-  use boundary, only: prescribed_components
-  use vibration, only: fixed_t, trial_amount
-  use model, only: model_t
-  use rigid_motion, only: move_tool
+  use body_parts, only: field_t, forces_of_parts
+  use boundary, only: take_reactions
+  use model, only: model_t, apply_forces
   use run_state, only: run_t
   use run_log, only: run_log_t, log_line
-  use energy_balance, only: add_step
-  use unknowns, only: to_components, to_unknowns
   use mumps_library, only: find_mumps
-  use sparse_factor, only: sparse_factor_t
-  use body_stiffness, only: body_stiffness_t, new_body_stiffness, find_stiffness
-  use rigid_supports, only: hold_rigid_motions
+  use static_equations, only: static_equations_t, new_equations, restore_start, try_motion, &
+                              renew_factors, balance_forces, step_to_balance, reaction_of_held, &
+                              worst_place
   implicit none
   private
 
   public :: check_static, begin_static, take_static_increment
 
   integer, parameter :: most_iterations = 16, enough_iterations = 6, most_cuts = 12
-  real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the forces released
+  integer, parameter :: more_in_contact = 16       !! iterations, for points that come and go
+  real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the largest force
+  real(wp), parameter :: unheld = 1.0e-4_wp        !! reaction to a rigid motion that is too large
   real(wp), parameter :: short = 1.0e-6_wp         !! of the increment: no time for laws to relax
   real(wp), parameter :: enough = 0.05_wp          !! of the residual left: the factors still serve
 
@@ -45,7 +42,7 @@ contains
     if (allocated(error)) error%message = "static steps: "//error%message
   end subroutine check_static
 
-  !> Stop the motion, and note the forces that what is gone has left unbalanced.
+  !> Stop the motion, and note the forces that do not balance.
   subroutine begin_static(model, run)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -60,7 +57,6 @@ contains
         motion%v = 0.0_wp
         motion%external_force = 0.0_wp
         run%v_before(p)%values = 0.0_wp
-        run%released(p)%values = 0.0_wp*motion%x
       end associate
       call model%bodies%blank%parts(p)%element%forget_faces()
     end do
@@ -69,24 +65,21 @@ contains
       model%bodies%tools(p)%torque = 0.0_wp
     end do
     run%static_dt = min(model%step%static_increment, model%step%most_increment)
-    call unbalanced_forces(model, merge(run%instant%dt, short*run%static_dt, &
-                                        run%instant%dt > 0.0_wp), run%released)
-  end subroutine begin_static
-
-  !> Forces of the stress as it is. The time is short: laws that know rates relax in it.
-  subroutine unbalanced_forces(model, dt, forces)
-    type(model_t), intent(inout) :: model
-    real(wp), intent(in) :: dt                     !! [time]
-    type(field_t), intent(inout) :: forces(:)
-    integer :: p
-
-    associate (blank => model%bodies%blank)
-      call end_forces_of_parts(blank%parts, blank%law, dt, blank%report, blank%joints)
-      do p = 1, size(forces)
-        forces(p)%values = blank%parts(p)%element%motion%internal_force
+    associate (blank => model%bodies%blank, dt => run%instant%dt)
+      call forces_of_parts(blank%parts, blank%seams, blank%law, &
+                           merge(dt, short*run%static_dt, dt > 0.0_wp), blank%report, .true., &
+                           blank%joints)
+      run%instant%is_static = .true.
+      dt = 0.0_wp
+      call apply_forces(model, run%instant)
+      call take_reactions(model%supports, blank%parts)
+      do p = 1, size(run%released)
+        associate (motion => blank%parts(p)%element%motion)
+          run%released(p)%values = motion%internal_force - motion%external_force
+        end associate
       end do
     end associate
-  end subroutine unbalanced_forces
+  end subroutine begin_static
 
   !> The next increment, cut as often as it takes; time and motion are those of its end.
   subroutine take_static_increment(model, run, log, error)
@@ -94,6 +87,7 @@ contains
     type(run_t), intent(inout) :: run
     type(run_log_t), intent(inout) :: log
     type(error_t), allocatable, intent(out) :: error
+    type(static_equations_t) :: equations
     type(field_t), allocatable :: start(:)
     character(:), allocatable :: words
     real(wp) :: left, dt
@@ -104,10 +98,13 @@ contains
       left = run%control%start_time + run%control%duration - run%instant%time
       dt = min(run%static_dt, left)
       if (left - dt < 1.0e-9_wp*run%control%duration) dt = left
-      call find_equilibrium(model, run, log, start, dt, n_iterations, words, error)
+      call new_equations(equations, model, run, dt, error)
+      if (allocated(error)) return
+      if (cut == 0) call tell_held(equations, run, log)
+      call find_equilibrium(equations, model, run, n_iterations, words, error)
       if (allocated(error)) return
       if (words == "") exit
-      call put_positions(model, start)
+      call restore_start(equations, model, run)
       if (cut == most_cuts .or. 0.25_wp*dt < model%step%least_increment) then
         call fail(error, "no equilibrium in the static step at time "// &
                   rounded_text(run%instant%time)//", increment "//rounded_text(dt)//": "//words)
@@ -116,9 +113,13 @@ contains
       call log_line(log, "static     increment "//rounded_text(dt)//" cut to a quarter: "//words)
       run%static_dt = 0.25_wp*dt
     end do
-    call commit(model, run, start, dt)
+    call log_line(log, "static     time "//rounded_text(run%instant%time)//", "// &
+                  to_text(n_iterations)//" iterations, residual "// &
+                  rounded_text(equations%norm/equations%largest)//" of the largest force")
+    call check_held(equations, error)
+    call accept(equations, model, run, start)
     if (n_iterations <= enough_iterations) &
-      run%static_dt = min(1.5_wp*run%static_dt, model%step%most_increment)
+      run%static_dt = min(1.5_wp*dt, model%step%most_increment)
   end subroutine take_static_increment
 
   subroutine keep_positions(model, start)
@@ -132,256 +133,168 @@ contains
     end do
   end subroutine keep_positions
 
-  subroutine put_positions(model, start)
-    type(model_t), intent(inout) :: model
-    type(field_t), intent(in) :: start(:)
-    integer :: p
-
-    do p = 1, size(start)
-      associate (motion => model%bodies%blank%parts(p)%element%motion)
-        motion%x = start(p)%values
-        motion%v = 0.0_wp
-      end associate
-    end do
-  end subroutine put_positions
-
-  !> Newton's method. `words` says why there is no equilibrium, or is empty.
-  subroutine find_equilibrium(model, run, log, start, dt, n_iterations, words, error)
-    type(model_t), intent(inout) :: model
+  !> Log what holds the rigid motions, once in a step.
+  subroutine tell_held(equations, run, log)
+    type(static_equations_t), intent(in) :: equations
     type(run_t), intent(in) :: run
     type(run_log_t), intent(inout) :: log
-    type(field_t), intent(in) :: start(:)
-    real(wp), intent(in) :: dt                     !! [time]
+
+    if (equations%n_added > 0 .and. run%instant%time <= run%control%start_time) &
+      call log_line(log, "static     "//counted(equations%n_added, "component")//" of control "// &
+                    "points held against rigid motions that the supports leave")
+  end subroutine tell_held
+
+  !> Newton's method. `words` says why there is no equilibrium, or is empty.
+  subroutine find_equilibrium(equations, model, run, n_iterations, words, error)
+    type(static_equations_t), intent(inout) :: equations
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
     integer, intent(out) :: n_iterations
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
-    type(body_stiffness_t) :: stiffness
-    type(sparse_factor_t) :: factor
-    real(wp), allocatable :: residual(:), u(:)
-    real(wp) :: level, scaling, norm, before
+    real(wp), allocatable :: u(:)
+    real(wp) :: before
+    integer :: most, n_before
     logical :: is_stale
 
     words = ""
     n_iterations = 0
-    call find_entries(model, run, log, stiffness, factor, error)
-    if (allocated(error)) return
-    level = 1.0_wp - (run%instant%time + dt - run%control%start_time)/run%control%duration
-    scaling = force_scale(model, run, stiffness)
-    allocate (u(stiffness%map%n_free), source=0.0_wp)
-    call find_residual(model, run, start, dt, level, stiffness, u, residual, norm)
+    most = most_iterations + merge(more_in_contact, 0, allocated(equations%masses))
+    allocate (u(equations%stiffness%map%n_free), source=0.0_wp)
+    call balance_forces(equations, model, run)
     is_stale = .true.
-    do while (norm > tolerance*scaling)
-      if (n_iterations == most_iterations) words = "after "//to_text(n_iterations)// &
-        " iterations the residual is "//rounded_text(norm/scaling)//" of the forces released"
-      if (.not. norm < huge(norm)) words = "elements turn over or their law fails"
+    do while (n_iterations == 0 .or. equations%norm > tolerance*equations%largest)
+      if (.not. equations%norm < huge(before)) words = "elements turn over or their law fails"
+      if (n_iterations == most) words = cause_of(equations, model, n_iterations, n_before)
+      if (words /= "") return
+      if (is_stale) call renew_factors(equations, model, run, u, &
+                                       merge(1.0_wp, 0.0_wp, n_iterations > 0), words)
       if (words /= "") return
       n_iterations = n_iterations + 1
-      if (is_stale) call renew_factors(model, dt, stiffness, factor, words)
-      if (words /= "") return
-      before = norm
-      call take_newton_step(model, run, start, dt, level, stiffness, factor, u, residual, norm, &
-                            error)
+      before = equations%norm
+      n_before = equations%n_touching
+      call take_newton_step(equations, model, run, u, error)
       if (allocated(error)) return
-      is_stale = norm > enough*before
+      is_stale = equations%norm > enough*before .or. equations%n_touching /= n_before
     end do
-    call log_line(log, "static     time "//rounded_text(run%instant%time + dt)//", "// &
-                  to_text(n_iterations)//" iterations, residual "//rounded_text(norm/scaling)// &
-                  " of the forces released")
   end subroutine find_equilibrium
 
-  !> Unknowns and the entries of the matrix, analysed.
-  subroutine find_entries(model, run, log, stiffness, factor, error)
+  !> Why the iterations have not come to an end.
+  function cause_of(equations, model, n_iterations, n_before) result(words)
+    type(static_equations_t), intent(in) :: equations
     type(model_t), intent(in) :: model
-    type(run_t), intent(in) :: run
-    type(run_log_t), intent(inout) :: log
-    type(body_stiffness_t), intent(out) :: stiffness
-    type(sparse_factor_t), intent(inout) :: factor
-    type(error_t), allocatable, intent(out) :: error
-    type(fixed_t), allocatable :: fixed(:)
-    integer :: n_added
+    integer, intent(in) :: n_iterations, n_before
+    character(:), allocatable :: words
 
-    associate (blank => model%bodies%blank)
-      fixed = prescribed_components(blank%parts, model%supports, model%i_step)
-      call hold_rigid_motions(blank%parts, fixed, n_added)
-      if (n_added > 0 .and. run%instant%time <= run%control%start_time) &
-        call log_line(log, "static     "//counted(n_added, "component")//" of control points "// &
-                      "held against rigid motions that the supports leave")
-      call new_body_stiffness(stiffness, blank%parts, blank%seams, fixed, error, blank%joints)
-    end associate
-    if (.not. allocated(error)) call factor%analyse(stiffness%matrix, .false., error)
-  end subroutine find_entries
-
-  !> The largest force released. Where next to nothing is, a force that counts as none anyway.
-  real(wp) function force_scale(model, run, stiffness) result(scale)
-    type(model_t), intent(in) :: model
-    type(run_t), intent(in) :: run
-    type(body_stiffness_t), intent(in) :: stiffness
-    real(wp), parameter :: nothing = 1.0e-6_wp     ! of the bulk modulus, on the area of an element
-
-    scale = maxval(abs(to_unknowns(stiffness%map, listed(stiffness, run%released))))
-    scale = max(scale, nothing*model%bodies%blank%law%bulk*shortest_edge(model)**2)
-  end function force_scale
-
-  real(wp) function shortest_edge(model) result(edge)
-    type(model_t), intent(in) :: model
-    integer :: p
-
-    edge = huge(edge)
-    do p = 1, size(model%bodies%blank%parts)
-      edge = min(edge, model%bodies%blank%parts(p)%element%shortest)
-    end do
-  end function shortest_edge
-
-  !> The tangent here, factored. `words` says why it cannot be.
-  subroutine renew_factors(model, dt, stiffness, factor, words)
-    type(model_t), intent(inout) :: model
-    real(wp), intent(in) :: dt
-    type(body_stiffness_t), intent(inout) :: stiffness
-    type(sparse_factor_t), intent(inout) :: factor
-    character(:), allocatable, intent(inout) :: words
-    type(error_t), allocatable :: error
-
-    associate (blank => model%bodies%blank)
-      call find_stiffness(stiffness, blank%parts, blank%law, dt, trial_amount(blank%parts), &
-                          blank%joints)
-    end associate
-    call factor%factorise(stiffness%matrix, error)
-    if (allocated(error)) words = error%message
-  end subroutine renew_factors
+    words = "after "//to_text(n_iterations)//" iterations the residual is "// &
+            rounded_text(equations%norm/equations%largest)//" of the largest force, most at "// &
+            worst_place(equations, model)
+    if (equations%n_touching /= n_before) words = words//"; points come to tools and leave "// &
+      "them ("//to_text(n_before)//" and "//to_text(equations%n_touching)//" touch in the last two)"
+    if (equations%factor%n_negative > 0) words = words//"; the part buckles ("// &
+      counted(equations%factor%n_negative, "negative pivot")//")"
+  end function cause_of
 
   !> The whole step, though the residual may grow: a sheet that turns is stretched first. A part of
-  !! it where elements turn over.
-  subroutine take_newton_step(model, run, start, dt, level, stiffness, factor, u, residual, norm, &
-                              error)
+  !! it where elements turn over, or where points come to a tool on the way.
+  subroutine take_newton_step(equations, model, run, u, error)
+    type(static_equations_t), intent(inout) :: equations
     type(model_t), intent(inout) :: model
-    type(run_t), intent(in) :: run
-    type(field_t), intent(in) :: start(:)
-    real(wp), intent(in) :: dt, level
-    type(body_stiffness_t), intent(in) :: stiffness
-    type(sparse_factor_t), intent(inout) :: factor
-    real(wp), intent(inout) :: u(:), norm
-    real(wp), allocatable, intent(inout) :: residual(:)
+    type(run_t), intent(inout) :: run
+    real(wp), intent(inout) :: u(:)                !! displacements of the unknowns [length]
     type(error_t), allocatable, intent(out) :: error
     integer, parameter :: most_quarters = 4
-    real(wp), allocatable :: step(:, :), before(:)
+    real(wp), allocatable :: step(:), before(:)
+    real(wp) :: part, power
     integer :: i
 
-    step = reshape(residual, [size(residual), 1])
-    call factor%solve(step, error)
+    call step_to_balance(equations, step, error)
     if (allocated(error)) return
     before = u
+    power = dot_product(equations%residual, step)
+    part = 1.0_wp
     do i = 0, most_quarters
-      u = before + 0.25_wp**i*step(:, 1)
-      call find_residual(model, run, start, dt, level, stiffness, u, residual, norm)
-      if (norm < huge(norm)) exit
+      u = before + part*step
+      call try_motion(equations, model, run, u, 1.0_wp)
+      if (equations%norm < huge(equations%norm)) exit
+      part = 0.25_wp*part
     end do
+    if (allocated(equations%masses) .and. equations%norm < huge(equations%norm)) &
+      call meet_tools(equations, model, run, before, step, power, part, u)
   end subroutine take_newton_step
 
-  !> What the forces lack to equilibrium after displacements.
-  subroutine find_residual(model, run, start, dt, level, stiffness, u, residual, norm)
+  !> Shorten a step on whose way points have come to a tool, so that at its end the forces do no work
+  !! along it but for a part of what they did at its start. The root is enclosed (Illinois method).
+  subroutine meet_tools(equations, model, run, before, step, power, part, u)
+    type(static_equations_t), intent(inout) :: equations
     type(model_t), intent(inout) :: model
-    type(run_t), intent(in) :: run
-    type(field_t), intent(in) :: start(:)
-    real(wp), intent(in) :: dt, level              !! of the forces released, 1 to 0
-    type(body_stiffness_t), intent(in) :: stiffness
-    real(wp), intent(in) :: u(:)
-    real(wp), allocatable, intent(out) :: residual(:)
-    real(wp), intent(out) :: norm                  !! the largest; huge where an element fails
-    type(field_t) :: forces(size(start))
-    integer :: p
+    type(run_t), intent(inout) :: run
+    real(wp), intent(in) :: before(:), step(:)     !! where it begins, and all of it [length]
+    real(wp), intent(in) :: power                  !! of the residual there along the step
+    real(wp), intent(in) :: part                   !! of the step that was tried
+    real(wp), intent(inout) :: u(:)                !! where the last trial was
+    integer, parameter :: most_trials = 30
+    real(wp), parameter :: precise = 0.1_wp
+    real(wp) :: ends(2), powers(2), at, value
+    integer :: i
 
-    call move_by(model, start, dt, stiffness, to_components(stiffness%map, u))
-    associate (blank => model%bodies%blank)
-      call end_forces_of_parts(blank%parts, blank%law, dt, blank%report, blank%joints)
-    end associate
-    do p = 1, size(forces)
-      forces(p)%values = level*run%released(p)%values &
-                         - model%bodies%blank%parts(p)%element%motion%internal_force
+    ends = [0.0_wp, part]
+    value = dot_product(equations%residual, step)
+    powers = [power, value]
+    do i = 1, most_trials
+      if (abs(value) <= precise*abs(power) .or. .not. powers(1)*powers(2) < 0.0_wp) return
+      at = (ends(1)*powers(2) - ends(2)*powers(1))/(powers(2) - powers(1))
+      u = before + at*step
+      call try_motion(equations, model, run, u, 1.0_wp)
+      value = dot_product(equations%residual, step)
+      if (value*powers(2) < 0.0_wp) then
+        ends(1) = ends(2)
+        powers(1) = powers(2)
+      else
+        powers(1) = 0.5_wp*powers(1)
+      end if
+      ends(2) = at
+      powers(2) = value
     end do
-    residual = to_unknowns(stiffness%map, listed(stiffness, forces))
-    norm = maxval(abs(residual))
-    if (model%bodies%blank%report%failed_block < huge(1) .or. .not. sum(abs(residual)) &
-        <= huge(norm)) norm = huge(norm)
-  end subroutine find_residual
+  end subroutine meet_tools
 
-  !> Displacements since the last equilibrium as a motion that trial forces understand.
-  subroutine move_by(model, start, dt, stiffness, displacement)
-    type(model_t), intent(inout) :: model
-    type(field_t), intent(in) :: start(:)
-    real(wp), intent(in) :: dt, displacement(:)
-    type(body_stiffness_t), intent(in) :: stiffness
-    real(wp), allocatable :: u(:, :, :, :)
-    integer :: p
+  !> Loads on motions that nothing holds are an error: what holds them bears no force otherwise.
+  subroutine check_held(equations, error)
+    type(static_equations_t), intent(in) :: equations
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: reaction
 
-    do p = 1, size(start)
-      u = field_of(stiffness, p, shape(start(p)%values), displacement)
-      model%bodies%blank%parts(p)%element%motion%v = u/dt
-    end do
-  end subroutine move_by
-
-  !> Components of a patch as a field.
-  pure function field_of(stiffness, p, n, components) result(field)
-    type(body_stiffness_t), intent(in) :: stiffness
-    integer, intent(in) :: p, n(4)
-    real(wp), intent(in) :: components(:)
-    real(wp) :: field(n(1), n(2), n(3), n(4))
-    integer :: c, first
-
-    do c = 1, 3
-      first = 3*stiffness%grids(p)%n_before + c
-      field(:, :, :, c) = reshape(components(first:first + 3*(product(n(:3)) - 1):3), n(:3))
-    end do
-  end function field_of
-
-  !> Fields of all patches as components.
-  pure function listed(stiffness, fields) result(components)
-    type(body_stiffness_t), intent(in) :: stiffness
-    type(field_t), intent(in) :: fields(:)
-    real(wp) :: components(stiffness%map%n_components)
-    integer :: p, c, n, first
-
-    do p = 1, size(fields)
-      n = size(fields(p)%values)/3
-      do c = 1, 3
-        first = 3*stiffness%grids(p)%n_before + c
-        components(first:first + 3*(n - 1):3) = reshape(fields(p)%values(:, :, :, c), [n])
-      end do
-    end do
-  end function listed
+    if (equations%n_added == 0) return
+    reaction = reaction_of_held(equations)
+    if (equations%level <= 0.0_wp .and. reaction > unheld*equations%largest) &
+      call fail(error, "the loads of the static step move the blank as a whole: "// &
+                rounded_text(reaction)//" on a component that neither a support nor a tool holds")
+  end subroutine check_held
 
   !> Take the equilibrium as the state, with the work of what is released on the way to it.
-  subroutine commit(model, run, start, dt)
+  subroutine accept(equations, model, run, start)
+    type(static_equations_t), intent(in) :: equations
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(field_t), intent(in) :: start(:)
-    real(wp), intent(in) :: dt
-    real(wp) :: levels
-    integer :: p
+    integer :: p, c
 
-    levels = 2.0_wp - (2.0_wp*(run%instant%time - run%control%start_time) + dt)/run%control%duration
-    associate (blank => model%bodies%blank)
-      do p = 1, size(start)
-        associate (motion => blank%parts(p)%element%motion)
-          motion%x = start(p)%values + dt*motion%v
-          run%balance%released = run%balance%released + 0.5_wp*levels &
-                                 *sum(run%released(p)%values*(motion%x - start(p)%values))
-        end associate
-      end do
-      call forces_of_parts(blank%parts, blank%seams, blank%law, dt, blank%report, &
-                           joints=blank%joints)
-      call add_step(run%balance, blank%report)
-      do p = 1, size(start)
-        blank%parts(p)%element%motion%v = 0.0_wp
+    do p = 1, size(start)
+      associate (element => model%bodies%blank%parts(p)%element, released => run%released(p)%values)
+        do c = 1, 3
+          run%balance%released = run%balance%released &
+            + 0.5_wp*(equations%level_before + equations%level) &
+            *sum(element%mass/element%inertia*released(:, :, :, c) &
+                 *(element%motion%x(:, :, :, c) - start(p)%values(:, :, :, c)), &
+                 mask=.not. equations%fixed(p)%is_fixed(:, :, :, c))
+        end do
+        element%motion%v = 0.0_wp
         run%v_before(p)%values = 0.0_wp
-      end do
-    end associate
-    run%instant%time = run%instant%time + dt
-    do p = 1, size(model%motions)
-      call move_tool(model%motions(p), run%instant%time, dt, model%bodies%tools(p))
+      end associate
     end do
+    call take_reactions(model%supports, model%bodies%blank%parts)
     run%instant%dt = 0.0_wp
     run%instant%dt_mean = 0.0_wp
-    run%n_steps = run%n_steps + 1
-  end subroutine commit
+  end subroutine accept
 
 end module static_step

@@ -1,0 +1,349 @@
+!> Equilibrium at the end of a static increment as equations for the displacements of the control
+!! points. A trial takes the state of the start, makes the motion of the increment as an explicit
+!! one would, with contact and loads, and leaves the state of its end: where the forces balance, the
+!! increment is made.
+module static_equations
+  use kinds, only: wp
+  use text, only: to_text, rounded_text
+  use failure, only: error_t
+  use state_store, only: state_store_t, empty_store
+  use body_parts, only: field_t, forces_of_parts
+  use boundary, only: prescribed_components, move_supports
+  use vibration, only: fixed_t, trial_amount
+  use model, only: model_t, apply_forces
+  use rigid_motion, only: move_tool
+  use run_state, only: run_t, carry_run
+  use energy_balance, only: add_step
+  use unknowns, only: to_components, to_unknowns, unknowns_t
+  use sparse_matrix, only: set_zero
+  use sparse_factor, only: sparse_factor_t
+  use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, find_unknowns, &
+                            masses_of, new_body_stiffness
+  use contact_stiffness, only: add_contact_stiffness, n_touching, shortest_reach
+  use rigid_supports, only: hold_rigid_motions
+  implicit none
+  private
+
+  public :: static_equations_t, new_equations, restore_start, try_motion, renew_factors
+  public :: balance_forces, step_to_balance, reaction_of_held, worst_place
+
+  real(wp), parameter :: regular = 0.01_wp     !! of the bending stiffness: see `shift`
+  real(wp), parameter :: least = 1.0e-10_wp    !! of the largest stiffness by mass
+
+  !> The equations of one increment. Not to be copied: the factors cannot be.
+  type :: static_equations_t
+    type(state_store_t) :: start                   !! the state that each trial begins with
+    type(body_stiffness_t) :: stiffness
+    type(sparse_factor_t) :: factor
+    type(fixed_t), allocatable :: fixed(:)         !! held or tied components, by part
+    integer :: n_added = 0                         !! components held against rigid motions
+    type(unknowns_t) :: without_added              !! the unknowns if they were free
+    real(wp) :: dt = 0.0_wp                        !! of the increment [time]
+    real(wp) :: level_before = 1.0_wp, level = 0.0_wp   !! of the forces released, at both ends
+    real(wp) :: reach = huge(1.0_wp)               !! largest part of a step of Newton's [length]
+    real(wp) :: least_force = 0.0_wp               !! that counts [force]
+    real(wp), allocatable :: masses(:)             !! of the unknowns, where there is contact
+    real(wp) :: shift = 0.0_wp                     !! by how much of these the matrix is stiffer, as
+                                                   !! contact may be still to come [1/time^2]
+    ! Of the last trial:
+    real(wp), allocatable :: lack(:)               !! what the components lack to balance [force]
+    real(wp), allocatable :: residual(:)           !! the same of the unknowns [force]
+    real(wp) :: norm = 0.0_wp                      !! the largest; huge where an element fails
+    real(wp) :: largest = 0.0_wp                   !! force that acts [force]
+    integer :: n_touching = 0                      !! points at tools
+  end type static_equations_t
+
+contains
+
+  !> Unknowns and the entries of the matrix, analysed; the present state is where trials begin.
+  !! Without contact the rigid motions that supports leave are held.
+  subroutine new_equations(self, model, run, dt, error)
+    type(static_equations_t), intent(inout) :: self
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), intent(in) :: dt                     !! of the increment [time]
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: nothing = 1.0e-6_wp     ! of the bulk modulus, on the area of an element
+    real(wp) :: edge
+    integer :: p
+
+    self%dt = dt
+    associate (control => run%control)
+      self%level_before = 1.0_wp - (run%instant%time - control%start_time)/control%duration
+      self%level = self%level_before - dt/control%duration
+    end associate
+    if (self%level < 1.0e-9_wp) self%level = 0.0_wp
+    call empty_store(self%start)
+    call carry_run(model, run, self%start)
+    self%start%is_taking = .true.
+    associate (blank => model%bodies%blank)
+      self%fixed = prescribed_components(blank%parts, model%supports, model%i_step)
+      self%reach = 0.5_wp*shortest_reach(model%forces)
+      self%n_added = 0
+      if (.not. self%reach < 0.25_wp*huge(self%reach)) then
+        call find_unknowns(blank%parts, blank%seams, self%fixed, self%without_added, error)
+        if (allocated(error)) return
+        call hold_rigid_motions(blank%parts, self%fixed, self%n_added)
+      end if
+      call new_body_stiffness(self%stiffness, blank%parts, blank%seams, self%fixed, error, &
+                              blank%joints)
+      if (allocated(error)) return
+      edge = huge(edge)
+      do p = 1, size(blank%parts)
+        edge = min(edge, blank%parts(p)%element%shortest)
+      end do
+      self%least_force = nothing*blank%law%bulk*edge**2
+      if (self%reach < 0.25_wp*huge(self%reach)) then
+        self%masses = to_unknowns(self%stiffness%map, masses_of(blank%parts))
+        self%shift = regular*bending_guess(blank%parts, blank%law)
+      end if
+    end associate
+    call self%factor%analyse(self%stiffness%matrix, .false., error)
+  end subroutine new_equations
+
+  !> The state at the start of the increment.
+  subroutine restore_start(self, model, run)
+    type(static_equations_t), intent(inout) :: self
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+
+    call carry_run(model, run, self%start)
+  end subroutine restore_start
+
+  !> Move the control points by `u` and the supports and tools by their way, and find the forces.
+  !! `share` is that of the way of the supports.
+  subroutine try_motion(self, model, run, u, share)
+    type(static_equations_t), intent(inout) :: self
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), intent(in) :: u(:), share
+    integer :: p
+
+    call restore_start(self, model, run)
+    associate (instant => run%instant, blank => model%bodies%blank)
+      instant%is_static = .true.
+      instant%dt = self%dt
+      instant%dt_mean = self%dt
+      instant%time = instant%time + self%dt
+      call set_velocities(self, model, run, u, share)
+      do p = 1, size(blank%parts)
+        associate (motion => blank%parts(p)%element%motion)
+          motion%x = motion%x + self%dt*motion%v
+          motion%external_force = 0.0_wp
+        end associate
+      end do
+      do p = 1, size(model%motions)
+        call move_tool(model%motions(p), instant%time, self%dt, model%bodies%tools(p))
+      end do
+      call forces_of_parts(blank%parts, blank%seams, blank%law, self%dt, blank%report, &
+                           joints=blank%joints)
+      call add_step(run%balance, blank%report)
+      call apply_forces(model, instant)
+    end associate
+    run%n_steps = run%n_steps + 1
+    call find_residual(self, model, run)
+  end subroutine try_motion
+
+  !> Velocities of the increment.
+  subroutine set_velocities(self, model, run, u, share)
+    type(static_equations_t), intent(in) :: self
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(in) :: run
+    real(wp), intent(in) :: u(:), share
+    real(wp) :: displacement(self%stiffness%map%n_components)
+    integer :: p
+
+    displacement = to_components(self%stiffness%map, u)
+    associate (parts => model%bodies%blank%parts)
+      do p = 1, size(parts)
+        parts(p)%element%motion%v = 0.0_wp
+      end do
+      call move_supports(model%supports, parts, run%instant%time, self%dt)
+      do p = 1, size(parts)
+        associate (v => parts(p)%element%motion%v)
+          v = share*v + field_of(self%stiffness, p, shape(v), displacement)/self%dt
+        end associate
+      end do
+    end associate
+  end subroutine set_velocities
+
+  !> What the forces lack to equilibrium, how much that is, and what it is measured by.
+  subroutine find_residual(self, model, run)
+    type(static_equations_t), intent(inout) :: self
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    type(field_t) :: lack(size(run%released))
+    integer :: p, c
+
+    self%largest = self%least_force
+    do p = 1, size(lack)
+      associate (element => model%bodies%blank%parts(p)%element, released => run%released(p)%values)
+        associate (motion => element%motion)
+          lack(p)%values = self%level*released + motion%external_force - motion%internal_force
+          self%largest = max(self%largest, maxval(abs(released)), &
+                             maxval(abs(motion%external_force)), &
+                             maxval(abs(motion%internal_force), mask=self%fixed(p)%is_fixed))
+        end associate
+        ! What meets at a seam has its sum there in all patches: each takes its share.
+        do c = 1, 3
+          lack(p)%values(:, :, :, c) = lack(p)%values(:, :, :, c)*(element%mass/element%inertia)
+        end do
+      end associate
+    end do
+    self%lack = listed(self%stiffness, lack)
+    self%residual = to_unknowns(self%stiffness%map, self%lack)
+    self%norm = maxval(abs(self%residual))
+    if (model%bodies%blank%report%failed_block < huge(1) .or. &
+        .not. sum(abs(self%residual)) <= huge(self%norm)) self%norm = huge(self%norm)
+    self%n_touching = n_touching(model%forces)
+  end subroutine find_residual
+
+  !> Add to the residual what the way of the supports changes in it, found by a small part of it.
+  !! Without such a way nothing happens.
+  subroutine add_way_of_supports(self, model, run)
+    type(static_equations_t), intent(inout) :: self
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), allocatable :: at_rest(:), none(:)
+    real(wp) :: way, share
+    integer :: p
+
+    allocate (none(size(self%residual)), source=0.0_wp)
+    call set_velocities(self, model, run, none, 1.0_wp)
+    way = 0.0_wp
+    associate (parts => model%bodies%blank%parts)
+      do p = 1, size(parts)
+        way = max(way, self%dt*maxval(abs(parts(p)%element%motion%v)))
+      end do
+      if (.not. way > 0.0_wp) return
+      share = min(1.0_wp, trial_amount(parts)/way)
+    end associate
+    at_rest = self%residual
+    call try_motion(self, model, run, none, share)
+    self%residual = at_rest + (self%residual - at_rest)/share
+    self%norm = maxval(abs(self%residual))
+  end subroutine add_way_of_supports
+
+  !> The residual before the first step of Newton's method: that of points at rest, and what the way
+  !! of supports adds.
+  subroutine balance_forces(self, model, run)
+    type(static_equations_t), intent(inout) :: self
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), allocatable :: none(:)
+
+    allocate (none(self%stiffness%map%n_free), source=0.0_wp)
+    call try_motion(self, model, run, none, 0.0_wp)
+    call add_way_of_supports(self, model, run)
+  end subroutine balance_forces
+
+  !> The tangent at `u`, factored; the last trial was that of `u`. `words` says why it cannot be.
+  subroutine renew_factors(self, model, run, u, share, words)
+    type(static_equations_t), intent(inout) :: self
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), intent(in) :: u(:), share
+    character(:), allocatable, intent(inout) :: words
+    type(error_t), allocatable :: error
+
+    call set_zero(self%stiffness%matrix)
+    call add_contact_stiffness(self%stiffness, model%forces, model%bodies%tools)
+    call restore_start(self, model, run)
+    run%instant%time = run%instant%time + self%dt
+    call set_velocities(self, model, run, u, share)
+    associate (blank => model%bodies%blank, matrix => self%stiffness%matrix)
+      call add_stiffness(self%stiffness, blank%parts, blank%law, self%dt, &
+                         trial_amount(blank%parts), blank%joints)
+      if (allocated(self%masses)) then
+        ! Points that nothing holds yet are held a little, and more than round-off.
+        associate (diagonal => matrix%first(2:) - 1)
+          matrix%values(diagonal) = matrix%values(diagonal) + self%masses &
+            *max(self%shift, least*maxval(matrix%values(diagonal)/self%masses))
+        end associate
+      end if
+      call self%factor%factorise(matrix, error)
+    end associate
+    if (allocated(error)) words = error%message
+  end subroutine renew_factors
+
+  !> Displacements of all unknowns by which the tangent balances the residual, shorter where a point
+  !! could pass a tool.
+  subroutine step_to_balance(self, step, error)
+    type(static_equations_t), intent(inout) :: self
+    real(wp), allocatable, intent(out) :: step(:)  !! [length]
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: columns(:, :)
+
+    columns = reshape(self%residual, [size(self%residual), 1])
+    call self%factor%solve(columns, error)
+    if (allocated(error)) return
+    step = columns(:, 1)*min(1.0_wp, self%reach/max(maxval(abs(columns)), tiny(1.0_wp)))
+  end subroutine step_to_balance
+
+  !> Largest reaction where rigid motions are held: there should be none.
+  pure real(wp) function reaction_of_held(self) result(reaction)
+    type(static_equations_t), intent(in) :: self
+
+    reaction = 0.0_wp
+    if (self%n_added > 0) reaction = maxval(abs(to_unknowns(self%without_added, self%lack)))
+  end function reaction_of_held
+
+  !> Where the forces lack most.
+  function worst_place(self, model) result(words)
+    type(static_equations_t), intent(in) :: self
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: words
+    real(wp), allocatable :: lack(:)
+    integer :: p, n, place(3), at
+
+    lack = abs(to_components(self%stiffness%map, self%residual))
+    at = (maxloc(lack, 1) + 2)/3
+    do p = 1, size(model%bodies%blank%parts)
+      associate (x => model%bodies%blank%parts(p)%element%motion%x)
+        n = size(x)/3
+        if (at > n) then
+          at = at - n
+          cycle
+        end if
+        place = [mod(at - 1, size(x, 1)) + 1, mod((at - 1)/size(x, 1), size(x, 2)) + 1, &
+                 (at - 1)/(size(x, 1)*size(x, 2)) + 1]
+        words = rounded_text(x(place(1), place(2), place(3), 1))//", "// &
+                rounded_text(x(place(1), place(2), place(3), 2))//", "// &
+                rounded_text(x(place(1), place(2), place(3), 3))
+        if (size(model%bodies%blank%parts) > 1) words = words//" in patch "//to_text(p)
+        return
+      end associate
+    end do
+  end function worst_place
+
+  !> Components of a patch as a field.
+  pure function field_of(stiffness, p, n, components) result(field)
+    type(body_stiffness_t), intent(in) :: stiffness
+    integer, intent(in) :: p, n(4)
+    real(wp), intent(in) :: components(:)
+    real(wp) :: field(n(1), n(2), n(3), n(4))
+    integer :: c, first
+
+    do c = 1, 3
+      first = 3*stiffness%grids(p)%n_before + c
+      field(:, :, :, c) = reshape(components(first:first + 3*(product(n(:3)) - 1):3), n(:3))
+    end do
+  end function field_of
+
+  !> Fields of all patches as components.
+  pure function listed(stiffness, fields) result(components)
+    type(body_stiffness_t), intent(in) :: stiffness
+    type(field_t), intent(in) :: fields(:)
+    real(wp) :: components(stiffness%map%n_components)
+    integer :: p, c, n, first
+
+    do p = 1, size(fields)
+      n = size(fields(p)%values)/3
+      do c = 1, 3
+        first = 3*stiffness%grids(p)%n_before + c
+        components(first:first + 3*(n - 1):3) = reshape(fields(p)%values(:, :, :, c), [n])
+      end do
+    end do
+  end function listed
+
+end module static_equations
