@@ -17,7 +17,7 @@ module friction
   implicit none
   private
 
-  public :: friction_t, new_friction, apply_friction
+  public :: friction_t, new_friction, apply_friction, note_held
 
   !> Friction of one contact.
   type :: friction_t
@@ -25,6 +25,8 @@ module friction
     real(wp) :: energy = 0.0_wp              !! work of slip since the start [energy]
     real(wp), allocatable :: stretch(:, :)   !! of the springs, tangential; zero where a point does
                                              !! not touch, shape (3, n_points) [length]
+    real(wp), allocatable :: held(:)         !! part of the motion in the last static increment that
+                                             !! stretched the spring, shape (n_points)
   end type friction_t
 
 contains
@@ -36,7 +38,7 @@ contains
     real(wp), intent(in) :: coefficient
 
     friction%coefficient = coefficient
-    allocate (friction%stretch(3, n_points), source=0.0_wp)
+    allocate (friction%stretch(3, n_points), friction%held(n_points), source=0.0_wp)
   end subroutine new_friction
 
   !> Friction of the points of a tile: `drag`, and the stretch of their springs.
@@ -60,6 +62,26 @@ contains
       end do
     end do
   end subroutine apply_friction
+
+  !> Note how much of their motion along the tool has stretched the springs, which had `before`: all
+  !! where a point sticks, less where it slips or has come to the tool on the way.
+  pure subroutine note_held(friction, pressed, before)
+    type(friction_t), intent(inout) :: friction
+    type(pressed_points_t), intent(in) :: pressed
+    real(wp), intent(in) :: before(3, most_points)   !! [length]
+    real(wp) :: along(3), square
+    integer :: i
+
+    do i = 1, pressed%n
+      associate (p => pressed%point(i), n => pressed%normal(i, :), moved => pressed%moved(i, :))
+        along = moved - dot_product(moved, n)*n
+        square = dot_product(along, along)
+        friction%held(p) = merge(1.0_wp, 0.0_wp, pressed%was_touching(i))
+        if (square > tiny(square)) friction%held(p) = &
+          min(max(dot_product(friction%stretch(:, p) - before(:, i), along)/square, 0.0_wp), 1.0_wp)
+      end associate
+    end do
+  end subroutine note_held
 
   !> Stretch springs by the motion along the tangent plane, and let them slip. A point without push
   !! has no limit, one that leaves no normal either: its spring loses all. Written out by components

@@ -7,6 +7,7 @@ module contact_stiffness
   use effect, only: effect_slot_t
   use tool, only: tool_t
   use body_stiffness, only: body_stiffness_t
+  use driven_tools, only: driven_tools_t, begin_coupling, add_rest, add_spring
   use sparse_matrix, only: add_block
   implicit none
   private
@@ -17,19 +18,23 @@ contains
 
   !> Add the springs as the effects left them. The curvature of tools is left out, and so is what
   !! makes the tangent of slip unsymmetrical: along its slip a point has no stiffness.
-  subroutine add_contact_stiffness(stiffness, effects, tools)
+  subroutine add_contact_stiffness(stiffness, effects, tools, driven)
     type(body_stiffness_t), intent(inout) :: stiffness
     type(effect_slot_t), intent(in), target :: effects(:)
     type(tool_t), intent(in) :: tools(:)
+    type(driven_tools_t), intent(inout) :: driven
     type(contact_view_t), allocatable :: pairs(:)
     integer :: i, p
 
+    call begin_coupling(driven, stiffness%map%n_free)
     pairs = contact_pairs(effects)
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair)
+        if (any(driven%tool == pair%tool)) &
+          call add_rest(driven, pair%tool, sum(pair%pair%stiffness))
         do p = 1, pair%pair%secondary%n_points
           if (pair%pair%start(p) < 0.0_wp) cycle
-          call add_point(stiffness, pair, tools(pair%tool), p)
+          call add_point(stiffness, pair, tools(pair%tool), p, driven)
         end do
       end associate
     end do
@@ -63,11 +68,12 @@ contains
 
   !> The spring of one point between the control points that move it. Those of a shell move with the
   !! mid-surface: the arm to the face is left out.
-  subroutine add_point(stiffness, pair, tool, point)
+  subroutine add_point(stiffness, pair, tool, point, driven)
     type(body_stiffness_t), intent(inout) :: stiffness
     type(contact_effect_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: point
+    type(driven_tools_t), intent(inout) :: driven
     real(wp) :: spring(3, 3)
     real(wp), allocatable :: values(:), block(:, :)
     integer, allocatable :: components(:)
@@ -85,6 +91,8 @@ contains
       end do
     end do
     call add_block(stiffness%matrix, stiffness%map, components, block)
+    if (any(driven%tool == pair%tool)) &
+      call add_spring(driven, pair%tool, stiffness%map, spring, values, components)
   end subroutine add_point
 
   !> In the frame of the tool.
@@ -106,8 +114,7 @@ contains
       spring(:, c) = normal*normal(c)
     end do
     if (allocated(contact%friction)) then
-      held = merge(1.0_wp, 0.0_wp, norm2(drag) < contact%friction%coefficient*norm2(push) &
-                   *(1.0_wp - 1.0e-9_wp))
+      held = contact%friction%held(point)
       do c = 1, 3
         spring(:, c) = spring(:, c) + held*(unit(c) - normal*normal(c))
       end do

@@ -20,6 +20,8 @@ module static_equations
   use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, find_unknowns, &
                             masses_of, new_body_stiffness
   use contact_stiffness, only: add_contact_stiffness, n_touching, shortest_reach
+  use driven_tools, only: driven_tools_t, new_driven_tools, set_tool_ways, find_tool_residual, &
+                          solve_coupled
   use rigid_supports, only: hold_rigid_motions
   implicit none
   private
@@ -35,6 +37,8 @@ module static_equations
     type(state_store_t) :: start                   !! the state that each trial begins with
     type(body_stiffness_t) :: stiffness
     type(sparse_factor_t) :: factor
+    type(driven_tools_t) :: driven                 !! whose ways are unknowns as well, the last ones
+    integer :: n = 0                               !! unknowns
     type(fixed_t), allocatable :: fixed(:)         !! held or tied components, by part
     integer :: n_added = 0                         !! components held against rigid motions
     type(unknowns_t) :: without_added              !! the unknowns if they were free
@@ -88,6 +92,8 @@ contains
       call new_body_stiffness(self%stiffness, blank%parts, blank%seams, self%fixed, error, &
                               blank%joints)
       if (allocated(error)) return
+      call new_driven_tools(self%driven, model%supports)
+      self%n = self%stiffness%map%n_free + self%driven%n
       edge = huge(edge)
       do p = 1, size(blank%parts)
         edge = min(edge, blank%parts(p)%element%shortest)
@@ -110,8 +116,8 @@ contains
     call carry_run(model, run, self%start)
   end subroutine restore_start
 
-  !> Move the control points by `u` and the supports and tools by their way, and find the forces.
-  !! `share` is that of the way of the supports.
+  !> Make the motion `u`, of the control points and last of the tools that forces move, beside that
+  !! of supports and other tools, and find the forces. `share` is that of the way of the supports.
   subroutine try_motion(self, model, run, u, share)
     type(static_equations_t), intent(inout) :: self
     type(model_t), intent(inout) :: model
@@ -132,6 +138,8 @@ contains
           motion%external_force = 0.0_wp
         end associate
       end do
+      call set_tool_ways(self%driven, u(self%stiffness%map%n_free + 1:), self%dt, &
+                         model%bodies%tools)
       do p = 1, size(model%motions)
         call move_tool(model%motions(p), instant%time, self%dt, model%bodies%tools(p))
       end do
@@ -153,7 +161,7 @@ contains
     real(wp) :: displacement(self%stiffness%map%n_components)
     integer :: p
 
-    displacement = to_components(self%stiffness%map, u)
+    displacement = to_components(self%stiffness%map, u(:self%stiffness%map%n_free))
     associate (parts => model%bodies%blank%parts)
       do p = 1, size(parts)
         parts(p)%element%motion%v = 0.0_wp
@@ -191,7 +199,10 @@ contains
       end associate
     end do
     self%lack = listed(self%stiffness, lack)
-    self%residual = to_unknowns(self%stiffness%map, self%lack)
+    call find_tool_residual(self%driven, model%supports, model%bodies%tools, run%instant%time, &
+                            self%level)
+    self%largest = max(self%largest, self%driven%largest)
+    self%residual = [to_unknowns(self%stiffness%map, self%lack), self%driven%residual]
     self%norm = maxval(abs(self%residual))
     if (model%bodies%blank%report%failed_block < huge(1) .or. &
         .not. sum(abs(self%residual)) <= huge(self%norm)) self%norm = huge(self%norm)
@@ -232,7 +243,7 @@ contains
     type(run_t), intent(inout) :: run
     real(wp), allocatable :: none(:)
 
-    allocate (none(self%stiffness%map%n_free), source=0.0_wp)
+    allocate (none(self%n), source=0.0_wp)
     call try_motion(self, model, run, none, 0.0_wp)
     call add_way_of_supports(self, model, run)
   end subroutine balance_forces
@@ -247,7 +258,7 @@ contains
     type(error_t), allocatable :: error
 
     call set_zero(self%stiffness%matrix)
-    call add_contact_stiffness(self%stiffness, model%forces, model%bodies%tools)
+    call add_contact_stiffness(self%stiffness, model%forces, model%bodies%tools, self%driven)
     call restore_start(self, model, run)
     run%instant%time = run%instant%time + self%dt
     call set_velocities(self, model, run, u, share)
@@ -272,12 +283,12 @@ contains
     type(static_equations_t), intent(inout) :: self
     real(wp), allocatable, intent(out) :: step(:)  !! [length]
     type(error_t), allocatable, intent(out) :: error
-    real(wp), allocatable :: columns(:, :)
+    real(wp), allocatable :: u(:), ways(:)
 
-    columns = reshape(self%residual, [size(self%residual), 1])
-    call self%factor%solve(columns, error)
+    call solve_coupled(self%driven, self%factor, self%residual, u, ways, error)
     if (allocated(error)) return
-    step = columns(:, 1)*min(1.0_wp, self%reach/max(maxval(abs(columns)), tiny(1.0_wp)))
+    step = [u, ways]
+    step = step*min(1.0_wp, self%reach/max(maxval(abs(step)), tiny(1.0_wp)))
   end subroutine step_to_balance
 
   !> Largest reaction where rigid motions are held: there should be none.
@@ -296,7 +307,7 @@ contains
     real(wp), allocatable :: lack(:)
     integer :: p, n, place(3), at
 
-    lack = abs(to_components(self%stiffness%map, self%residual))
+    lack = abs(to_components(self%stiffness%map, self%residual(:self%stiffness%map%n_free)))
     at = (maxloc(lack, 1) + 2)/3
     do p = 1, size(model%bodies%blank%parts)
       associate (x => model%bodies%blank%parts(p)%element%motion%x)

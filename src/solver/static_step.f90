@@ -14,6 +14,7 @@ module static_step
   use run_state, only: run_t
   use run_log, only: run_log_t, log_line
   use mumps_library, only: find_mumps
+  use driven_tools, only: begin_drives, rest_drives
   use static_equations, only: static_equations_t, new_equations, restore_start, try_motion, &
                               renew_factors, balance_forces, step_to_balance, reaction_of_held, &
                               worst_place
@@ -25,6 +26,7 @@ module static_step
   integer, parameter :: most_iterations = 16, enough_iterations = 6, most_cuts = 12
   integer, parameter :: more_in_contact = 16       !! iterations, for points that come and go
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the largest force
+  real(wp), parameter :: in_contact = 10.0_wp      !! times that, with contact
   real(wp), parameter :: unheld = 1.0e-4_wp        !! reaction to a rigid motion that is too large
   real(wp), parameter :: short = 1.0e-6_wp         !! of the increment: no time for laws to relax
   real(wp), parameter :: enough = 0.05_wp          !! of the residual left: the factors still serve
@@ -73,6 +75,7 @@ contains
       dt = 0.0_wp
       call apply_forces(model, run%instant)
       call take_reactions(model%supports, blank%parts)
+      call begin_drives(model%supports, model%bodies%tools, run%instant%time)
       do p = 1, size(run%released)
         associate (motion => blank%parts(p)%element%motion)
           run%released(p)%values = motion%internal_force - motion%external_force
@@ -153,17 +156,18 @@ contains
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:)
-    real(wp) :: before
+    real(wp) :: before, limit
     integer :: most, n_before
     logical :: is_stale
 
     words = ""
     n_iterations = 0
     most = most_iterations + merge(more_in_contact, 0, allocated(equations%masses))
-    allocate (u(equations%stiffness%map%n_free), source=0.0_wp)
+    limit = tolerance*merge(in_contact, 1.0_wp, allocated(equations%masses))
+    allocate (u(equations%n), source=0.0_wp)
     call balance_forces(equations, model, run)
     is_stale = .true.
-    do while (n_iterations == 0 .or. equations%norm > tolerance*equations%largest)
+    do while (n_iterations == 0 .or. equations%norm > limit*equations%largest)
       if (.not. equations%norm < huge(before)) words = "elements turn over or their law fails"
       if (n_iterations == most) words = cause_of(equations, model, n_iterations, n_before)
       if (words /= "") return
@@ -293,6 +297,7 @@ contains
       end associate
     end do
     call take_reactions(model%supports, model%bodies%blank%parts)
+    call rest_drives(model%supports, model%bodies%tools, run%instant%time)
     run%instant%dt = 0.0_wp
     run%instant%dt_mean = 0.0_wp
   end subroutine accept
