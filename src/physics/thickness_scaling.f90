@@ -38,7 +38,8 @@ contains
     rank = 1
   end function rank_of_scaling
 
-  !> Forces -m (1 - 1/factor) times the difference of the acceleration, along the columns.
+  !> Forces -m (1 - 1/factor) times the difference of the acceleration, along the columns. None where
+  !! forces balance.
   subroutine apply(self, bodies, instant)
     class(thickness_scaling_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
@@ -46,6 +47,7 @@ contains
     real(wp), allocatable :: acceleration(:, :, :, :), directions(:, :, :), lags(:, :, :)
     integer :: p, k, c
 
+    if (instant%is_static) return
     associate (parts => bodies%blank%parts, seams => bodies%blank%seams)
       do p = 1, size(parts)
         associate (force => parts(p)%element%motion%external_force)
