@@ -321,6 +321,7 @@ contains
       do c2 = 1, colours(2)%n
         do c1 = 1, colours(1)%n
           do c = 1, 3
+            if (.not. any_free(stiffness%map, grid, colours, [c1, c2, c3], c)) cycle
             call move_points(colours, [c1, c2, c3], amount/dt, element%motion%v(:, :, :, c))
             call element%end_forces(law, dt, report)
             plus = element%motion%internal_force
@@ -335,6 +336,29 @@ contains
       end do
     end do
   end subroutine add_part
+
+  !> Is a component free at one of the control points of a colour?
+  pure logical function any_free(map, grid, colours, at, component)
+    type(unknowns_t), intent(in) :: map
+    type(patch_grid_t), intent(in) :: grid
+    type(colours_t), intent(in) :: colours(3)
+    integer, intent(in) :: at(3), component
+    integer :: i, j, k, place
+
+    any_free = .true.
+    do k = 1, grid%n(3)
+      if (colours(3)%of(k) /= at(3)) cycle
+      do j = 1, grid%n(2)
+        if (colours(2)%of(j) /= at(2)) cycle
+        do i = 1, grid%n(1)
+          if (colours(1)%of(i) /= at(1)) cycle
+          place = 3*(grid%n_before + i - 1 + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))) + component
+          if (map%first(place + 1) > map%first(place)) return
+        end do
+      end do
+    end do
+    any_free = .false.
+  end function any_free
 
   !> Give the first colour whose last control point shares no neighbour with the next one.
   pure subroutine set_colours(low, high, colours)

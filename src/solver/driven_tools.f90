@@ -132,13 +132,13 @@ contains
   end subroutine add_rest
 
   !> Add the contact spring of a point.
-  pure subroutine add_spring(self, tool, map, spring, values, components)
+  pure subroutine add_spring(self, tool, map, spring, way, components)
     type(driven_tools_t), intent(inout) :: self
     integer, intent(in) :: tool
     type(unknowns_t), intent(in) :: map
     real(wp), intent(in) :: spring(3, 3)           !! [force/length]
-    real(wp), intent(in) :: values(:)              !! how much each control point moves it
-    integer, intent(in) :: components(:)           !! of these, three each
+    real(wp), intent(in) :: way(:, :)              !! of the point with the components, (3, n)
+    integer, intent(in) :: components(:)
     real(wp) :: force(3)
     integer :: i, k, t
 
@@ -149,7 +149,7 @@ contains
       do i = 1, size(components)
         do k = map%first(components(i)), map%first(components(i) + 1) - 1
           associate (b => self%coupling(map%unknown(k), t))
-            b = b - map%coefficient(k)*values((i + 2)/3)*force(mod(i - 1, 3) + 1)
+            b = b - map%coefficient(k)*dot_product(way(:, i), force)
           end associate
         end do
       end do

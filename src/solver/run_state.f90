@@ -45,6 +45,7 @@ module run_state
     integer :: watch_static = 0
     real(wp) :: static_dt = 0.0_wp           !! next increment of a static step
     type(field_t), allocatable :: released(:)  !! forces that a static step ramps down, by patch
+    type(field_t), allocatable :: pace(:)      !! velocities of its last increment, by patch
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
     type(history_sample_t) :: sample
@@ -195,8 +196,10 @@ contains
         run%released(p)%values = 0.0_wp*model%bodies%blank%parts(p)%element%motion%x
         run%v_before(p)%values = run%released(p)%values
       end do
+      run%pace = run%v_before
     end if
     call carry_fields(store, "released", run%released)
+    call carry_fields(store, "pace", run%pace)
   end subroutine carry_static
 
   subroutine carry_balance(balance, store)

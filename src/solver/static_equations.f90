@@ -27,7 +27,7 @@ module static_equations
   private
 
   public :: static_equations_t, new_equations, restore_start, try_motion, renew_factors
-  public :: balance_forces, step_to_balance, reaction_of_held, worst_place
+  public :: start_increment, step_to_balance, reaction_of_held, worst_place
 
   real(wp), parameter :: regular = 0.01_wp     !! of the bending stiffness: see `shift`
   real(wp), parameter :: least = 1.0e-10_wp    !! of the largest stiffness by mass
@@ -235,18 +235,45 @@ contains
     self%norm = maxval(abs(self%residual))
   end subroutine add_way_of_supports
 
-  !> The residual before the first step of Newton's method: that of points at rest, and what the way
-  !! of supports adds.
-  subroutine balance_forces(self, model, run)
+  !> The first trial. In contact the motion of the increment before goes on: tools that move on would
+  !! meet points at rest with forces beyond measure. Else points are at rest, and the residual is
+  !! what the way of the supports adds to that.
+  subroutine start_increment(self, model, run, u, share)
     type(static_equations_t), intent(inout) :: self
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    real(wp), allocatable :: none(:)
+    real(wp), allocatable, intent(out) :: u(:)     !! the motion that was tried
+    real(wp), intent(out) :: share                 !! of the way of the supports in it
 
-    allocate (none(self%n), source=0.0_wp)
-    call try_motion(self, model, run, none, 0.0_wp)
+    allocate (u(self%n), source=0.0_wp)
+    share = 1.0_wp
+    if (allocated(self%masses)) then
+      u(:self%stiffness%map%n_free) = self%dt*pace_of_unknowns(self, run)
+      if (any(abs(u) > 0.0_wp)) call try_motion(self, model, run, u, share)
+      if (any(abs(u) > 0.0_wp) .and. self%norm < huge(self%norm)) return
+      u = 0.0_wp
+    end if
+    share = 0.0_wp
+    call try_motion(self, model, run, u, share)
     call add_way_of_supports(self, model, run)
-  end subroutine balance_forces
+  end subroutine start_increment
+
+  !> Velocities of the unknowns in the last increment.
+  pure function pace_of_unknowns(self, run) result(pace)
+    type(static_equations_t), intent(in) :: self
+    type(run_t), intent(in) :: run
+    real(wp) :: pace(self%stiffness%map%n_free)
+    real(wp), allocatable :: components(:)
+    integer :: c
+
+    components = listed(self%stiffness, run%pace)
+    pace = 0.0_wp
+    associate (map => self%stiffness%map)
+      do c = 1, map%n_components
+        if (map%first(c + 1) - map%first(c) == 1) pace(map%unknown(map%first(c))) = components(c)
+      end do
+    end associate
+  end function pace_of_unknowns
 
   !> The tangent at `u`, factored; the last trial was that of `u`. `words` says why it cannot be.
   subroutine renew_factors(self, model, run, u, share, words)
@@ -258,7 +285,8 @@ contains
     type(error_t), allocatable :: error
 
     call set_zero(self%stiffness%matrix)
-    call add_contact_stiffness(self%stiffness, model%forces, model%bodies%tools, self%driven)
+    call add_contact_stiffness(self%stiffness, model%bodies%blank%parts, model%forces, &
+                               model%bodies%tools, self%driven)
     call restore_start(self, model, run)
     run%instant%time = run%instant%time + self%dt
     call set_velocities(self, model, run, u, share)
@@ -266,16 +294,37 @@ contains
       call add_stiffness(self%stiffness, blank%parts, blank%law, self%dt, &
                          trial_amount(blank%parts), blank%joints)
       if (allocated(self%masses)) then
-        ! Points that nothing holds yet are held a little, and more than round-off.
-        associate (diagonal => matrix%first(2:) - 1)
-          matrix%values(diagonal) = matrix%values(diagonal) + self%masses &
-            *max(self%shift, least*maxval(matrix%values(diagonal)/self%masses))
-        end associate
+        call factorise_held(self, error)
+      else
+        call self%factor%factorise(matrix, error)
       end if
-      call self%factor%factorise(matrix, error)
     end associate
     if (allocated(error)) words = error%message
   end subroutine renew_factors
+
+  !> Factors of the tangent and a part of the masses. Points that nothing holds yet are so held a
+  !! little, and more than round-off; where the part is unstable, as a sheet is that slides from one
+  !! contact point to the next, they are held as much as it takes, and the step leads downhill.
+  subroutine factorise_held(self, error)
+    type(static_equations_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: growth = 30.0_wp
+    integer, parameter :: most_trials = 8
+    real(wp) :: held, more
+    integer :: i
+
+    associate (matrix => self%stiffness%matrix, diagonal => self%stiffness%matrix%first(2:) - 1)
+      held = max(self%shift, least*maxval(matrix%values(diagonal)/self%masses))
+      matrix%values(diagonal) = matrix%values(diagonal) + held*self%masses
+      do i = 1, most_trials
+        call self%factor%factorise(matrix, error)
+        if (allocated(error) .or. self%factor%n_negative == 0) return
+        more = (growth - 1.0_wp)*held
+        matrix%values(diagonal) = matrix%values(diagonal) + more*self%masses
+        held = held + more
+      end do
+    end associate
+  end subroutine factorise_held
 
   !> Displacements of all unknowns by which the tangent balances the residual, shorter where a point
   !! could pass a tool.

@@ -16,7 +16,7 @@ module static_step
   use mumps_library, only: find_mumps
   use driven_tools, only: begin_drives, rest_drives
   use static_equations, only: static_equations_t, new_equations, restore_start, try_motion, &
-                              renew_factors, balance_forces, step_to_balance, reaction_of_held, &
+                              renew_factors, start_increment, step_to_balance, reaction_of_held, &
                               worst_place
   implicit none
   private
@@ -66,6 +66,7 @@ contains
       model%bodies%tools(p)%force = 0.0_wp
       model%bodies%tools(p)%torque = 0.0_wp
     end do
+    run%pace = run%v_before
     run%static_dt = min(model%step%static_increment, model%step%most_increment)
     associate (blank => model%bodies%blank, dt => run%instant%dt)
       call forces_of_parts(blank%parts, blank%seams, blank%law, &
@@ -156,7 +157,7 @@ contains
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:)
-    real(wp) :: before, limit
+    real(wp) :: before, limit, share
     integer :: most, n_before
     logical :: is_stale
 
@@ -164,16 +165,15 @@ contains
     n_iterations = 0
     most = most_iterations + merge(more_in_contact, 0, allocated(equations%masses))
     limit = tolerance*merge(in_contact, 1.0_wp, allocated(equations%masses))
-    allocate (u(equations%n), source=0.0_wp)
-    call balance_forces(equations, model, run)
+    call start_increment(equations, model, run, u, share)
     is_stale = .true.
     do while (n_iterations == 0 .or. equations%norm > limit*equations%largest)
       if (.not. equations%norm < huge(before)) words = "elements turn over or their law fails"
       if (n_iterations == most) words = cause_of(equations, model, n_iterations, n_before)
       if (words /= "") return
-      if (is_stale) call renew_factors(equations, model, run, u, &
-                                       merge(1.0_wp, 0.0_wp, n_iterations > 0), words)
+      if (is_stale) call renew_factors(equations, model, run, u, share, words)
       if (words /= "") return
+      share = 1.0_wp
       n_iterations = n_iterations + 1
       before = equations%norm
       n_before = equations%n_touching
@@ -292,6 +292,7 @@ contains
                  *(element%motion%x(:, :, :, c) - start(p)%values(:, :, :, c)), &
                  mask=.not. equations%fixed(p)%is_fixed(:, :, :, c))
         end do
+        run%pace(p)%values = element%motion%v
         element%motion%v = 0.0_wp
         run%v_before(p)%values = 0.0_wp
       end associate

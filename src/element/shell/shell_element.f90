@@ -131,7 +131,8 @@ contains
                          self%motion%x, self%motion%internal_force, report)
   end subroutine forces
 
-  !> At the end of the motion that the velocities make from here.
+  !> At the end of the motion that the velocities make from here, with the normal stress that `forces`
+  !! would take there.
   subroutine trial_forces(self, law, dt, report)
     class(shell_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
@@ -139,13 +140,15 @@ contains
     type(force_report_t), intent(out) :: report
     type(shell_points_t) :: points
     real(wp), allocatable :: stress(:, :, :, :, :), state(:, :, :, :, :), push(:, :, :, :)
+    type(through_fields_t) :: through
     real(wp) :: time
     integer :: increment
-    logical :: is_watched
 
     points = self%points
-    is_watched = self%through%is_watched
-    self%through%is_watched = .false.
+    through = self%through
+    self%through%is_watched = self%seen == self%patch%increment
+    if (self%through%is_watched) call take_pushes(self%through, self%thickness)
+    self%through%is_pressed = self%through%is_pressed .and. self%through%is_watched
     stress = self%patch%stress
     state = self%patch%state
     push = self%patch%push
@@ -154,7 +157,7 @@ contains
     call forces_of_shell(self%patch, self%points, self%buffers, self%through, law, dt, &
                          self%motion%x + dt*self%motion%v, self%motion%internal_force, report)
     self%points = points
-    self%through%is_watched = is_watched
+    self%through = through
     call move_alloc(stress, self%patch%stress)
     call move_alloc(state, self%patch%state)
     call move_alloc(push, self%patch%push)

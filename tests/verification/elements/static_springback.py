@@ -7,15 +7,15 @@ its shape does not depend on where rigid motions are held.
 """
 import os
 import shutil
-import signal
 import subprocess
 import tempfile
 import time
 
 import h5py
 import numpy as np
-from run_results import Run, differing, numbers
+from run_results import Run
 from springback import curvatures, curvatures_of_shell, sprung_by_rule
+from static_runs import iterations, n_increments, same_bits
 from suite import Case
 
 LENGTH = 50.0      # of the fold, from end to end along the sheet
@@ -103,35 +103,6 @@ def fold(case):
                    np.abs(elastic.points - elastic.start).max() / LENGTH, STRAIGHT)
 
 
-def iterations(case, deck):
-    """Of each increment of a static step, from the log."""
-    with open(os.path.join(case.out, f"{case.name}_{deck}.log"), encoding="utf-8") as log:
-        return np.array([int(line.split(",")[1].split()[0]) for line in log
-                         if line.startswith("static     time")])
-
-
-def same_bits(case):
-    """Two threads, and a run that is stopped between two increments and taken up again."""
-    program, deck, _, _, *settings = case.command("released_fold", {"first": FINE, "rise": 5e-4})
-    words = [program, deck, *settings, "--quiet"]
-    whole, other, cut = (os.path.join(case.out, f"{case.name}_{name}")
-                         for name in ("whole", "threads", "cut"))
-    subprocess.run([*words, "--threads", "1", "--out", whole + ".h5"], check=True)
-    subprocess.run([*words, "--threads", "2", "--out", other + ".h5"], check=True)
-    case.between("two threads: datasets with other bits",
-                 len(differing(numbers(whole + ".h5"), numbers(other + ".h5"))), 0, 0)
-    open(cut + ".log", "w", encoding="utf-8").close()
-    run = subprocess.Popen([*words, "--threads", "1", "--out", cut + ".h5"])
-    while run.poll() is None and n_increments(cut + ".log") < 40:
-        time.sleep(0.002)
-    run.send_signal(signal.SIGTERM)
-    case.between("stopped: exit code", run.wait(60), 3, 3)
-    case.between("stopped after increments", n_increments(cut + ".log"), 40, 1 / FINE - 1)
-    subprocess.run([*words, "--threads", "2", "--restart", cut + ".ckpt.h5"], check=True)
-    case.between("taken up again: datasets with other bits",
-                 len(differing(numbers(whole + ".h5"), numbers(cut + ".h5"))), 0, 0)
-
-
 def steps_after(case):
     """A sheet that has sprung back stays as it is, in static steps and in explicit ones; there the
     energies stay in balance."""
@@ -183,16 +154,11 @@ def has_begun(log):
         return any(line.startswith("step ") for line in file)
 
 
-def n_increments(log):
-    with open(log, encoding="utf-8") as file:
-        return sum(line.startswith("static     time") for line in file)
-
-
 def main():
     case = Case("Springback by static increments", "sum over the layers; the relaxed piece")
     strips(case)
     fold(case)
-    same_bits(case)
+    same_bits(case, "released_fold", 40, 1 / FINE, first=FINE, rise=5e-4)
     steps_after(case)
     what_goes_wrong(case)
     case.finish()
