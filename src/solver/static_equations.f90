@@ -32,6 +32,10 @@ module static_equations
   real(wp), parameter :: regular = 0.01_wp     !! of the bending stiffness: see `shift`
   real(wp), parameter :: least = 1.0e-10_wp    !! of the largest stiffness by mass
 
+  !> Power of two by which displacements of differences are smaller than elsewhere: points that have
+  !! just begun to yield should go on yielding in both.
+  integer, parameter :: finer = -10
+
   !> The equations of one increment. Not to be copied: the factors cannot be.
   type :: static_equations_t
     type(state_store_t) :: start                   !! the state that each trial begins with
@@ -292,7 +296,7 @@ contains
     call set_velocities(self, model, run, u, share)
     associate (blank => model%bodies%blank, matrix => self%stiffness%matrix)
       call add_stiffness(self%stiffness, blank%parts, blank%law, self%dt, &
-                         trial_amount(blank%parts), blank%joints)
+                         scale(trial_amount(blank%parts), finer), blank%joints)
       if (allocated(self%masses)) then
         call factorise_held(self, error)
       else
