@@ -25,6 +25,7 @@ module check_report
   use boundary, only: prescribed_components
   use vibration, only: fixed_t
   use body_modes, only: find_frequencies
+  use static_outlook, only: static_lines
   use input_errors, only: origin_t, error_list_t, add_warning
   use symmetric_eigen, only: principal_values
   use linear_algebra, only: cross
@@ -89,6 +90,8 @@ contains
     logical, intent(in) :: may_step         !! unless the law must not be called
     real(wp), intent(out) :: seconds        !! 0: no forecast
     type(forecast_t) :: forecast
+    type(string_t), allocatable :: lines(:)
+    real(wp) :: of_static
 
     seconds = 0.0_wp
     if (.not. may_step) then
@@ -101,8 +104,9 @@ contains
     forecast = new_forecast(model, n_steps_of(model), outlook)
     seconds = forecast%seconds
     call print_lines(forecast_lines(forecast))
-    if (any(model%later_steps%step%is_static)) &
-      print "(a)", "                 without the static steps, which take seconds to minutes"
+    call static_lines(model, may_step, lines, of_static)
+    call print_lines(lines)
+    seconds = seconds + of_static
     if (.not. outlook%is_tried .and. any([model%step%has_relaxation, &
                                           model%later_steps%step%has_relaxation])) &
       print "(a)", "                 less where a relaxation ends before its time limit "// &

@@ -57,6 +57,10 @@ contains
     integer :: i, n_threads
 
     coarse = scene
+    if (.not. explicit_time(scene%step, scene%later_steps) > 0.0_wp) then
+      print "(a)", "trial run        none: no step is explicit"
+      return
+    end if
     call coarsen_scene(coarse, coarsening, least_elements)
     ! How long a relaxation takes depends on the masses.
     if (.not. any([scene%step%has_relaxation, scene%later_steps%step%has_relaxation])) &
@@ -150,13 +154,14 @@ contains
       == 0 .and. .not. scene%step%thickness_factor > 1.0_wp .and. .not. scene%step%is_element_step
   end function can_scale_thickness
 
-  !> All steps of the deck without output. The energies are those of its first step.
+  !> All explicit steps of the deck without output. The energies are those of the first of them.
   subroutine run_all(model, added, inertia)
     type(model_t), intent(inout) :: model
     real(wp), intent(in) :: added       !! factor on all masses for the trial alone
     type(inertia_t), intent(out) :: inertia
     type(run_t) :: run
     type(error_t), allocatable :: error
+    logical :: is_first
     real(wp) :: rate, dt, time, skipped, first_step, start, finish
     integer(int64) :: last_shown
 
@@ -168,19 +173,23 @@ contains
     dt = 0.0_wp
     first_step = next_step(run%control, 0.0_wp, rate)
     call cpu_time(start)
-    call run_first(model, added, run, rate, dt, inertia, last_shown, error)
-    if (allocated(error)) return
-    do while (size(model%later_steps) > 0)
-      call enter_next_step(model, run)
+    is_first = .true.
+    do
       if (model%step%is_static) then
         run%instant%time = run%instant%time + model%step%duration
         skipped = skipped + model%step%duration
+      else if (is_first) then
+        call run_first(model, added, run, rate, dt, inertia, last_shown, error)
+        if (allocated(error)) return
+        is_first = .false.
       end if
       do while (.not. has_ended(model, run))
         call take_step(model, run, rate, dt, error)
         if (allocated(error)) return
         call show_progress(model, run, last_shown)
       end do
+      if (size(model%later_steps) == 0) exit
+      call enter_next_step(model, run)
     end do
     call cpu_time(finish)
     inertia%is_complete = .true.
@@ -205,16 +214,16 @@ contains
 
     sums = 0.0_wp
     taken = 0
-    associate (duration => model%step%duration)
+    associate (duration => model%step%duration, began => run%control%start_time)
       do while (.not. has_ended(model, run))
         call take_step(model, run, rate, dt, error)
         if (allocated(error)) return
         call show_progress(model, run, last_shown)
-        if (run%instant%time < taken*duration/n_samples) cycle
+        if (run%instant%time - began < taken*duration/n_samples) cycle
         taken = taken + 1
         kinetic = kinetic_energy(model%bodies%blank)/added
         sums = sums + [kinetic, run%balance%internal]
-        if (run%instant%time > early*duration) inertia%largest = &
+        if (run%instant%time - began > early*duration) inertia%largest = &
           max(inertia%largest, kinetic/max(run%balance%internal, tiny(1.0_wp)))
       end do
     end associate

@@ -134,7 +134,10 @@ contains
     do step = 2, 1 + size(scene%later_steps)
       if (any(scene%contacts%first_step <= step .and. scene%contacts%last_step >= step)) cycle
       if (.not. any(scene%contacts%first_step < step)) cycle
-      call check_free_motion(scene, step, scene%later_steps(step - 1)%step%origin, errors)
+      ! What a static step finds free it holds, and no load moves it.
+      if (.not. scene%later_steps(step - 1)%step%is_static .or. &
+          any(scene%loads%first_step <= step .and. scene%loads%last_step >= step)) &
+        call check_free_motion(scene, step, scene%later_steps(step - 1)%step%origin, errors)
       call check_clamps(scene, step, errors)
     end do
   end subroutine check_supports

@@ -23,7 +23,8 @@ module body_stiffness
   implicit none
   private
 
-  public :: find_unknowns, new_body_stiffness, add_stiffness, masses_of, bending_guess
+  public :: find_unknowns, new_body_stiffness, add_stiffness, n_evaluations, masses_of
+  public :: bending_guess
 
   !> The matrix over the unknowns of a body, and where its entries come from.
   type, public :: body_stiffness_t
@@ -300,6 +301,36 @@ contains
     if (.not. present(joints)) return
     if (joints%n_cells > 0) call add_joints(stiffness, parts, joints, dt, amount)
   end subroutine add_stiffness
+
+  !> Force evaluations of all elements that a matrix takes, those of a part by its share.
+  pure real(wp) function n_evaluations(stiffness) result(n)
+    type(body_stiffness_t), intent(in) :: stiffness
+    type(colours_t) :: colours(3)
+    integer :: p, axis, c, c1, c2, c3
+    real(wp) :: of_part
+
+    n = 0.0_wp
+    do p = 1, size(stiffness%grids)
+      associate (grid => stiffness%grids(p))
+        do axis = 1, 3
+          call set_colours(grid%axis(axis)%low, grid%axis(axis)%high, colours(axis))
+        end do
+        of_part = 0.0_wp
+        do c3 = 1, colours(3)%n
+          do c2 = 1, colours(2)%n
+            do c1 = 1, colours(1)%n
+              do c = 1, 3
+                if (any_free(stiffness%map, grid, colours, [c1, c2, c3], c)) &
+                  of_part = of_part + 2.0_wp
+              end do
+            end do
+          end do
+        end do
+        n = n + of_part*product(grid%n)/sum([(product(stiffness%grids(c)%n), &
+                                              c=1, size(stiffness%grids))])
+      end associate
+    end do
+  end function n_evaluations
 
   !> Add the stiffness of a part.
   subroutine add_part(stiffness, grid, element, law, dt, amount)

@@ -23,7 +23,7 @@ module static_step
 
   public :: check_static, begin_static, take_static_increment
 
-  integer, parameter :: most_iterations = 16, enough_iterations = 6, most_cuts = 12
+  integer, parameter :: most_iterations = 16, enough_iterations = 8, most_cuts = 12
   integer, parameter :: more_in_contact = 16       !! iterations, for points that come and go
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the largest force
   real(wp), parameter :: in_contact = 10.0_wp      !! times that, with contact
