@@ -50,9 +50,12 @@ module static_equations
     real(wp) :: level_before = 1.0_wp, level = 0.0_wp   !! of the forces released, at both ends
     real(wp) :: reach = huge(1.0_wp)               !! largest part of a step of Newton's [length]
     real(wp) :: least_force = 0.0_wp               !! that counts [force]
-    real(wp), allocatable :: masses(:)             !! of the unknowns, where there is contact
-    real(wp) :: shift = 0.0_wp                     !! by how much of these the matrix is stiffer, as
-                                                   !! contact may be still to come [1/time^2]
+    logical :: has_contact = .false.
+    logical :: is_careful = .false.                !! steps lead downhill: in contact, or where a
+                                                   !! longer increment has found no equilibrium
+    real(wp), allocatable :: masses(:)             !! of the unknowns
+    real(wp) :: shift = 0.0_wp                     !! by how much of these the matrix is stiffer in
+                                                   !! contact, which may be still to come [1/time^2]
     ! Of the last trial:
     real(wp), allocatable :: lack(:)               !! what the components lack to balance [force]
     real(wp), allocatable :: residual(:)           !! the same of the unknowns [force]
@@ -65,11 +68,12 @@ contains
 
   !> Unknowns and the entries of the matrix, analysed; the present state is where trials begin.
   !! Without contact the rigid motions that supports leave are held.
-  subroutine new_equations(self, model, run, dt, error)
+  subroutine new_equations(self, model, run, dt, is_careful, error)
     type(static_equations_t), intent(inout) :: self
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     real(wp), intent(in) :: dt                     !! of the increment [time]
+    logical, intent(in) :: is_careful              !! a longer one has failed
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: nothing = 1.0e-6_wp     ! of the bulk modulus, on the area of an element
     real(wp) :: edge
@@ -87,8 +91,10 @@ contains
     associate (blank => model%bodies%blank)
       self%fixed = prescribed_components(blank%parts, model%supports, model%i_step)
       self%reach = 0.5_wp*shortest_reach(model%forces)
+      self%has_contact = self%reach < 0.25_wp*huge(self%reach)
+      self%is_careful = self%has_contact .or. is_careful
       self%n_added = 0
-      if (.not. self%reach < 0.25_wp*huge(self%reach)) then
+      if (.not. self%has_contact) then
         call find_unknowns(blank%parts, blank%seams, self%fixed, self%without_added, error)
         if (allocated(error)) return
         call hold_rigid_motions(blank%parts, self%fixed, self%n_added)
@@ -103,10 +109,8 @@ contains
         edge = min(edge, blank%parts(p)%element%shortest)
       end do
       self%least_force = nothing*blank%law%bulk*edge**2
-      if (self%reach < 0.25_wp*huge(self%reach)) then
-        self%masses = to_unknowns(self%stiffness%map, masses_of(blank%parts))
-        self%shift = regular*bending_guess(blank%parts, blank%law)
-      end if
+      self%masses = to_unknowns(self%stiffness%map, masses_of(blank%parts))
+      self%shift = regular*bending_guess(blank%parts, blank%law)
     end associate
     call self%factor%analyse(self%stiffness%matrix, .false., error)
   end subroutine new_equations
@@ -251,7 +255,7 @@ contains
 
     allocate (u(self%n), source=0.0_wp)
     share = 1.0_wp
-    if (allocated(self%masses)) then
+    if (self%has_contact) then
       u(:self%stiffness%map%n_free) = self%dt*pace_of_unknowns(self, run)
       if (any(abs(u) > 0.0_wp)) call try_motion(self, model, run, u, share)
       if (any(abs(u) > 0.0_wp) .and. self%norm < huge(self%norm)) return
@@ -297,7 +301,7 @@ contains
     associate (blank => model%bodies%blank, matrix => self%stiffness%matrix)
       call add_stiffness(self%stiffness, blank%parts, blank%law, self%dt, &
                          scale(trial_amount(blank%parts), finer), blank%joints)
-      if (allocated(self%masses)) then
+      if (self%is_careful) then
         call factorise_held(self, error)
       else
         call self%factor%factorise(matrix, error)
@@ -319,7 +323,7 @@ contains
 
     associate (matrix => self%stiffness%matrix, diagonal => self%stiffness%matrix%first(2:) - 1)
       held = max(self%shift, least*maxval(matrix%values(diagonal)/self%masses))
-      matrix%values(diagonal) = matrix%values(diagonal) + held*self%masses
+      if (self%has_contact) matrix%values(diagonal) = matrix%values(diagonal) + held*self%masses
       do i = 1, most_trials
         call self%factor%factorise(matrix, error)
         if (allocated(error) .or. self%factor%n_negative == 0) return

@@ -24,7 +24,7 @@ module static_step
   public :: check_static, begin_static, take_static_increment
 
   integer, parameter :: most_iterations = 16, enough_iterations = 8, most_cuts = 12
-  integer, parameter :: more_in_contact = 16       !! iterations, for points that come and go
+  integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the largest force
   real(wp), parameter :: in_contact = 10.0_wp      !! times that, with contact
   real(wp), parameter :: unheld = 1.0e-4_wp        !! reaction to a rigid motion that is too large
@@ -102,7 +102,7 @@ contains
       left = run%control%start_time + run%control%duration - run%instant%time
       dt = min(run%static_dt, left)
       if (left - dt < 1.0e-9_wp*run%control%duration) dt = left
-      call new_equations(equations, model, run, dt, error)
+      call new_equations(equations, model, run, dt, cut > 0, error)
       if (allocated(error)) return
       if (cut == 0) call tell_held(equations, run, log)
       call find_equilibrium(equations, model, run, n_iterations, words, error)
@@ -163,8 +163,8 @@ contains
 
     words = ""
     n_iterations = 0
-    most = most_iterations + merge(more_in_contact, 0, allocated(equations%masses))
-    limit = tolerance*merge(in_contact, 1.0_wp, allocated(equations%masses))
+    most = most_iterations + merge(more_with_care, 0, equations%is_careful)
+    limit = tolerance*merge(in_contact, 1.0_wp, equations%has_contact)
     call start_increment(equations, model, run, u, share)
     is_stale = .true.
     do while (n_iterations == 0 .or. equations%norm > limit*equations%largest)
@@ -223,7 +223,7 @@ contains
       if (equations%norm < huge(equations%norm)) exit
       part = 0.25_wp*part
     end do
-    if (allocated(equations%masses) .and. equations%norm < huge(equations%norm)) &
+    if (equations%is_careful .and. equations%norm < huge(equations%norm)) &
       call meet_tools(equations, model, run, before, step, power, part, u)
   end subroutine take_newton_step
 
