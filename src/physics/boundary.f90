@@ -11,7 +11,7 @@ module boundary
   implicit none
   private
 
-  public :: prescribed_components, move_supports, take_reactions
+  public :: any_moving, prescribed_components, move_supports, take_reactions
 
   !> One component of a list of control points with a common velocity. Applied to the velocities
   !! of the half step, so the control points follow the curve exactly; the reaction is what the
@@ -83,6 +83,20 @@ contains
       first = tie%last(g) + 1
     end do
   end subroutine add_leaders
+
+  !> Does a support move its points?
+  pure logical function any_moving(supports)
+    type(effect_slot_t), intent(in) :: supports(:)
+    integer :: i
+
+    any_moving = .false.
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (boundary_t)
+        any_moving = any_moving .or. abs(item%velocity) > 0.0_wp
+      end select
+    end do
+  end function any_moving
 
   !> Give the points that supports move in a static increment their mean velocities.
   subroutine move_supports(supports, parts, time, dt)

@@ -46,6 +46,7 @@ module run_state
     real(wp) :: static_dt = 0.0_wp           !! next increment of a static step
     type(field_t), allocatable :: released(:)  !! forces that a static step ramps down, by patch
     type(field_t), allocatable :: pace(:)      !! velocities of its last increment, by patch
+    type(field_t), allocatable :: origin(:)    !! control points when it began, by patch
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
     type(history_sample_t) :: sample
@@ -197,9 +198,11 @@ contains
         run%v_before(p)%values = run%released(p)%values
       end do
       run%pace = run%v_before
+      run%origin = run%v_before
     end if
     call carry_fields(store, "released", run%released)
     call carry_fields(store, "pace", run%pace)
+    call carry_fields(store, "origin", run%origin)
   end subroutine carry_static
 
   subroutine carry_balance(balance, store)

@@ -8,7 +8,7 @@ module static_equations
   use failure, only: error_t
   use state_store, only: state_store_t, empty_store
   use body_parts, only: field_t, forces_of_parts
-  use boundary, only: prescribed_components, move_supports
+  use boundary, only: any_moving, prescribed_components, move_supports
   use vibration, only: fixed_t, trial_amount
   use model, only: model_t, apply_forces
   use rigid_motion, only: move_tool
@@ -48,6 +48,8 @@ module static_equations
     type(unknowns_t) :: without_added              !! the unknowns if they were free
     real(wp) :: dt = 0.0_wp                        !! of the increment [time]
     real(wp) :: level_before = 1.0_wp, level = 0.0_wp   !! of the forces released, at both ends
+    !> Of springs that hold a part to where the step began, by its masses, at both ends [1/time^2].
+    real(wp) :: spring_before = 0.0_wp, spring = 0.0_wp
     real(wp) :: reach = huge(1.0_wp)               !! largest part of a step of Newton's [length]
     real(wp) :: least_force = 0.0_wp               !! that counts [force]
     logical :: has_contact = .false.
@@ -111,9 +113,24 @@ contains
       self%least_force = nothing*blank%law%bulk*edge**2
       self%masses = to_unknowns(self%stiffness%map, masses_of(blank%parts))
       self%shift = regular*bending_guess(blank%parts, blank%law)
+      if (size(model%forces) == 0 .and. .not. any_moving(model%supports)) then
+        self%spring_before = self%shift*spring_factor(self%level_before)
+        self%spring = self%shift*spring_factor(self%level)
+      end if
     end associate
     call self%factor%analyse(self%stiffness%matrix, .false., error)
   end subroutine new_equations
+
+  !> Springs that keep a part that is let go from turning over while forces that do not turn with it
+  !! are ramped down: at first they hold all of its motion, at the end of the step none; in between
+  !! they pass the stiffness of its bending.
+  pure real(wp) function spring_factor(level) result(factor)
+    real(wp), intent(in) :: level                  !! of the forces released, 1 to 0
+    real(wp), parameter :: middle = 1.0e4_wp       ! of the bending stiffness, at half of the step
+
+    factor = 0.0_wp
+    if (level < 1.0_wp) factor = middle/regular*(level/(1.0_wp - level))**3
+  end function spring_factor
 
   !> The state at the start of the increment.
   subroutine restore_start(self, model, run)
@@ -196,6 +213,10 @@ contains
       associate (element => model%bodies%blank%parts(p)%element, released => run%released(p)%values)
         associate (motion => element%motion)
           lack(p)%values = self%level*released + motion%external_force - motion%internal_force
+          do c = 1, 3
+            lack(p)%values(:, :, :, c) = lack(p)%values(:, :, :, c) - self%spring*element%inertia &
+              *(motion%x(:, :, :, c) - run%origin(p)%values(:, :, :, c))
+          end do
           self%largest = max(self%largest, maxval(abs(released)), &
                              maxval(abs(motion%external_force)), &
                              maxval(abs(motion%internal_force), mask=self%fixed(p)%is_fixed))
@@ -301,6 +322,9 @@ contains
     associate (blank => model%bodies%blank, matrix => self%stiffness%matrix)
       call add_stiffness(self%stiffness, blank%parts, blank%law, self%dt, &
                          scale(trial_amount(blank%parts), finer), blank%joints)
+      associate (diagonal => matrix%first(2:) - 1)
+        matrix%values(diagonal) = matrix%values(diagonal) + self%spring*self%masses
+      end associate
       if (self%is_careful) then
         call factorise_held(self, error)
       else

@@ -2,7 +2,9 @@
 !! explicit steps (`static_equations`).
 !!
 !! What does not balance when the step begins is ramped down over it: contact that is gone, inertia,
-!! and loads that are new, which so come up by a ramp.
+!! and loads that are new, which so come up by a ramp. Where nothing acts on a part but this, springs
+!! hold it, too, which vanish at the end: without them most of its motion would come in the last part
+!! of the ramp, and a wrinkled sheet turn over before.
 module static_step
   use, intrinsic :: iso_c_binding, only: c_funptr
   use kinds, only: wp
@@ -67,6 +69,7 @@ contains
       model%bodies%tools(p)%torque = 0.0_wp
     end do
     run%pace = run%v_before
+    call keep_positions(model, run%origin)
     run%static_dt = min(model%step%static_increment, model%step%most_increment)
     associate (blank => model%bodies%blank, dt => run%instant%dt)
       call forces_of_parts(blank%parts, blank%seams, blank%law, &
@@ -284,13 +287,19 @@ contains
     integer :: p, c
 
     do p = 1, size(start)
-      associate (element => model%bodies%blank%parts(p)%element, released => run%released(p)%values)
+      associate (element => model%bodies%blank%parts(p)%element, before => start(p)%values, &
+                 released => run%released(p)%values, origin => run%origin(p)%values)
         do c = 1, 3
-          run%balance%released = run%balance%released &
-            + 0.5_wp*(equations%level_before + equations%level) &
-            *sum(element%mass/element%inertia*released(:, :, :, c) &
-                 *(element%motion%x(:, :, :, c) - start(p)%values(:, :, :, c)), &
-                 mask=.not. equations%fixed(p)%is_fixed(:, :, :, c))
+          associate (now => element%motion%x(:, :, :, c))
+            run%balance%released = run%balance%released &
+              + 0.5_wp*sum((element%mass/element%inertia*released(:, :, :, c) &
+                            *(equations%level_before + equations%level) &
+                            - element%mass*(equations%spring_before*(before(:, :, :, c) &
+                                                                     - origin(:, :, :, c)) &
+                                            + equations%spring*(now - origin(:, :, :, c)))) &
+                           *(now - before(:, :, :, c)), &
+                           mask=.not. equations%fixed(p)%is_fixed(:, :, :, c))
+          end associate
         end do
         run%pace(p)%values = element%motion%v
         element%motion%v = 0.0_wp
