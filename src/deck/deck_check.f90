@@ -8,7 +8,7 @@ module deck_check
   use scene, only: scene_t, step_spec_t, is_held
   use keyword_spec, only: keyword_spec_t, in_first_step, inside_step, needs_step, anywhere, &
                           may_be_in_step
-  use deck_records, only: record_t, parsed_deck_t, find_records, first_record, deck_end
+  use deck_records, only: record_t, parsed_deck_t, find_records, deck_end
   implicit none
   private
 
@@ -50,7 +50,7 @@ contains
     type(parsed_deck_t), intent(in) :: deck
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: name
-    integer, allocatable :: starts(:)
+    integer, allocatable :: starts(:), static(:)
     logical :: is_open
     integer :: i, n
 
@@ -79,10 +79,12 @@ contains
     end do
     if (is_open) call add_error(errors, deck%records(starts(size(starts)))%origin, &
                                 "a step that does not end", "an *END STEP at its end")
-    if (size(starts) == 0 .and. min(size(find_records(deck, "DYNAMIC")), &
-                                    size(find_records(deck, "STATIC"))) > 0) &
-      call add_error(errors, deck%records(first_record(deck, "STATIC", 0))%origin, &
-                     "*DYNAMIC and *STATIC in a deck without steps", "one of them, or a *STEP each")
+    if (size(starts) == 0) then
+      static = find_records(deck, "STATIC")
+      if (min(size(static), size(find_records(deck, "DYNAMIC"))) > 0) &
+        call add_error(errors, deck%records(static(1))%origin, "*DYNAMIC and *STATIC in a deck "// &
+                       "without steps", "one of them, or each in a *STEP")
+    end if
     do i = 1, size(starts)
       n = count(deck%records(find_records(deck, "DYNAMIC"))%step == i)
       n = n + count(deck%records(find_records(deck, "STATIC"))%step == i)

@@ -38,8 +38,8 @@ contains
     rank = 1
   end function rank_of_scaling
 
-  !> Forces -m (1 - 1/factor) times the difference of the acceleration, along the columns. None where
-  !! forces balance.
+  !> Forces -m (1 - 1/factor) times the difference of the acceleration, along the columns. None
+  !! where forces balance.
   subroutine apply(self, bodies, instant)
     class(thickness_scaling_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies

@@ -93,8 +93,8 @@ contains
       call add_spring(driven, pair%tool, stiffness%map, spring, way, components)
   end subroutine add_point
 
-  !> How the force of a point changes as it moves, in the frame of the tool: that of its spring along
-  !! the normal, that of friction along the tool, and the push as the normal turns.
+  !> How the force of a point changes as it moves, in the frame of the tool: that of its spring
+  !! along the normal, that of friction along the tool, and the push as the normal turns.
   pure function point_stiffness(contact, tool, point) result(spring)
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool

@@ -264,9 +264,9 @@ contains
     self%norm = maxval(abs(self%residual))
   end subroutine add_way_of_supports
 
-  !> The first trial. In contact the motion of the increment before goes on: tools that move on would
-  !! meet points at rest with forces beyond measure. Else points are at rest, and the residual is
-  !! what the way of the supports adds to that.
+  !> The first trial. In contact the motion of the increment before goes on: tools that move on
+  !! would meet points at rest with forces beyond measure. Else points are at rest, and the residual
+  !! is what the way of the supports adds to that.
   subroutine start_increment(self, model, run, u, share)
     type(static_equations_t), intent(inout) :: self
     type(model_t), intent(inout) :: model

@@ -2,9 +2,9 @@
 !! explicit steps (`static_equations`).
 !!
 !! What does not balance when the step begins is ramped down over it: contact that is gone, inertia,
-!! and loads that are new, which so come up by a ramp. Where nothing acts on a part but this, springs
-!! hold it, too, which vanish at the end: without them most of its motion would come in the last part
-!! of the ramp, and a wrinkled sheet turn over before.
+!! and loads that are new, which so come up by a ramp. Where nothing acts on a part but this,
+!! springs hold it, too, which vanish at the end: without them most of its motion would come in the
+!! last part of the ramp, and a wrinkled sheet turn over before.
 module static_step
   use, intrinsic :: iso_c_binding, only: c_funptr
   use kinds, only: wp
@@ -230,8 +230,9 @@ contains
       call meet_tools(equations, model, run, before, step, power, part, u)
   end subroutine take_newton_step
 
-  !> Shorten a step on whose way points have come to a tool, so that at its end the forces do no work
-  !! along it but for a part of what they did at its start. The root is enclosed (Illinois method).
+  !> Shorten a step on whose way points have come to a tool, so that at its end the forces do no
+  !! work along it but for a part of what they did at its start. The root is enclosed (Illinois
+  !! method).
   subroutine meet_tools(equations, model, run, before, step, power, part, u)
     type(static_equations_t), intent(inout) :: equations
     type(model_t), intent(inout) :: model

@@ -131,8 +131,8 @@ contains
                          self%motion%x, self%motion%internal_force, report)
   end subroutine forces
 
-  !> At the end of the motion that the velocities make from here, with the normal stress that `forces`
-  !! would take there.
+  !> At the end of the motion that the velocities make from here, with the normal stress that
+  !! `forces` would take there.
   subroutine trial_forces(self, law, dt, report)
     class(shell_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law

@@ -79,9 +79,9 @@ def fold(case):
                    np.abs(static.points - relaxed.points).max() / way, 0.05)
     case.between("fold: iterations of the one increment", iterations(case, deck).max(), 1, 8)
     steps = case.run(deck, first=0.05)
-    case.deviation("fold: energy balance of 20 increments", steps.history["energy_error"][-1], 1e-4)
+    case.deviation("fold: energy balance of 20 increments", steps.history["energy_error"][-1], 5e-4)
     case.deviation("fold: 20 increments and one, over the way",
-                   np.abs(static.points - steps.points).max() / way, 2e-4)
+                   np.abs(static.points - steps.points).max() / way, 1e-3)
     case.between("fold: iterations, 20 increments", iterations(case, deck).max(), 1, 4)
     turned = case.run(deck, turn=35)
     cosine, sine = np.cos(np.radians(35)), np.sin(np.radians(35))

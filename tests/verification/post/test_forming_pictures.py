@@ -29,7 +29,8 @@ from post.springback_picture import draw_corner  # noqa: E402
 from post.style import plt  # noqa: E402
 
 # Deck and settings of the two short runs that all tests share.
-RUNS = {"bend": ("u_bend", {"stroke": 16, "speed": 20000, "rest_energy": 0.5, "rest_force": 0.5}),
+RUNS = {"bend": ("u_bend", {"stroke": 16, "speed": 20000, "release": "relaxed", "rest_energy": 0.5,
+                            "rest_force": 0.5}),
         "box": ("square_box", {"elements": 8, "depth": 8, "speed": 40000, "frames": 3})}
 FOLDER = tempfile.TemporaryDirectory()
 
