@@ -27,6 +27,8 @@ OTHERS = (
     ("bench", "bench", "measurements of igaform_bench: share of the bound, targets, comparison of "
                        "two runs, pictures"),
     ("iges", "iges", "IGES file of a tool or the blank of a result or deck"),
+    ("cad", "cad.command", "STEP, IGES or BREP of a CAD system as tools; list, picture and choice "
+                           "of their faces"),
     ("economy", "economy", "what ran, what was skipped and what that saved in five scenes"),
     ("study", "study.command", "what accuracy costs: many runs of a deck compared"),
     ("study-page", "study.page", "the manual's page on what accuracy costs"))

@@ -1,0 +1,125 @@
+"""Faces as NURBS of degree 5 at most, with parameter curves on all edges, by OpenCASCADE."""
+from dataclasses import dataclass, field
+
+from post.cad import occ
+from post.cad.nets import FaceError, trimmed_face
+from post.cad.occ import compound_of, faces_in, parts
+
+
+@dataclass
+class Conversion:
+    """The faces to write, those that cannot be, and what was done."""
+    faces: list = field(default_factory=list)         # of TrimmedFace
+    shapes: list = field(default_factory=list)        # numbers and TopoDS_Face, repaired
+    refused: list = field(default_factory=list)       # number and reason
+    n_curves: int = 0                                 # parameter curves
+    n_made: int = 0                                   # of these, made here
+    n_reduced: int = 0                                # faces of reduced degree
+    deviation: tuple = (0.0, 0, None)                 # largest, face, place
+    degrees: tuple = (0, 0)                           # largest along the axes
+
+
+def convert(faces, tolerance, gap):
+    """Convert faces of a model. `tolerance`: largest deviation where degrees are reduced; `gap`:
+    largest break of a loop; both mm."""
+    done = Conversion()
+    done.shapes = fixed(faces, done)
+    for number, shape in as_nurbs(done.shapes, done):
+        try:
+            face = trimmed_face(number, shape, tolerance, gap)
+        except FaceError as fault:
+            done.refused.append((number, str(fault)))
+            continue
+        except Exception as fault:
+            if not occ.is_own(fault):
+                raise
+            done.refused.append((number, f"OpenCASCADE fails: {fault}"))
+            continue
+        done.faces.append(face)
+        done.n_curves += sum(len(loop) for loop in face.loops)
+        done.degrees = tuple(map(max, done.degrees, face.surface.degrees))
+        if face.place is not None:
+            done.n_reduced += 1
+            done.deviation = max(done.deviation, (face.off, number, face.place),
+                                 key=lambda item: item[0])
+    done.refused.sort()
+    return done
+
+
+def fixed(faces, done):
+    """The faces repaired: order of edges, missing parameter curves, seams, poles. One may become
+    several."""
+    from OCP.ShapeFix import ShapeFix_Shape
+    compound = compound_of(face.shape for face in faces)
+    done.n_made = sum(n_missing(face.shape) for face in faces)
+    fix = ShapeFix_Shape(compound)
+    fix.Perform()
+    shapes = []
+    for face in faces:
+        result = fix.Context().Apply(face.shape)
+        pieces = [] if result.IsNull() else faces_in(result)
+        if not pieces:
+            done.refused.append((face.number, "nothing of it is left after repair"))
+        shapes += [(face.number, piece) for piece in pieces]
+    for _, shape in shapes:
+        add_missing_curves(shape)
+    return shapes
+
+
+def edges_of(face):
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopoDS import TopoDS
+    return [TopoDS.Edge(edge) for edge in parts(face, TopAbs_EDGE)]
+
+
+def has_curve(edge, face):
+    """A parameter curve is stored, or follows from the plane."""
+    from OCP.BRep import BRep_Tool
+    return BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0) is not None
+
+
+def n_missing(face):
+    return sum(not has_curve(edge, face) for edge in edges_of(face))
+
+
+def add_missing_curves(face):
+    """Project the edges that have a curve in space alone."""
+    from OCP.BRep import BRep_Tool
+    from OCP.ShapeFix import ShapeFix_Edge
+    for edge in edges_of(face):
+        if not has_curve(edge, face):
+            ShapeFix_Edge().FixAddPCurve(edge, face, BRep_Tool.IsClosed_s(edge, face), 0.0)
+
+
+def as_nurbs(shapes, done):
+    """Faces on surfaces that are NURBS, with parameter curves that fit them. Planes and NURBS stay
+    as they are: their parameters do."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+    from OCP.TopoDS import TopoDS
+    curved = [shape for _, shape in shapes if not keeps_parameters(shape)]
+    try:
+        whole = BRepBuilderAPI_NurbsConvert(compound_of(curved), True) if curved else None
+    except Exception as fault:
+        if not occ.is_own(fault):
+            raise
+        whole = None
+    converted = []
+    for number, shape in shapes:
+        try:
+            if not keeps_parameters(shape):
+                converter = whole or BRepBuilderAPI_NurbsConvert(shape, True)
+                shape = TopoDS.Face(converter.ModifiedShape(shape))
+            converted.append((number, shape))
+        except Exception as fault:
+            if not occ.is_own(fault):
+                raise
+            done.refused.append((number, f"OpenCASCADE makes no NURBS of it ({fault})"))
+    return converted
+
+
+def keeps_parameters(face):
+    """Is the surface a plane or NURBS?"""
+    from OCP.BRep import BRep_Tool
+    from OCP.Geom import Geom_BezierSurface, Geom_BSplineSurface, Geom_Plane
+    return isinstance(BRep_Tool.Surface_s(face),
+                      (Geom_BezierSurface, Geom_BSplineSurface, Geom_Plane))
