@@ -10,6 +10,7 @@ import numpy as np
 MOST_DEGREE = 5          # that the solver reads
 MOST_HALVINGS = 7        # of a knot span
 SAMPLES = 7              # in a knot span, to compare
+AIM = 0.5                # of the tolerance at samples, for what lies between them
 SAME = 1e-10             # of the range of knots
 
 
@@ -25,7 +26,7 @@ def lowered(degree, knots, points, error_of, tolerance):
         at = samples(new_knots)
         error, where = error_of(apply(basis(degree, knots, at), points),
                                 apply(basis(MOST_DEGREE, new_knots, at), new_points))
-        if error <= tolerance:
+        if error <= AIM * tolerance:
             break
     return new_knots, new_points, error, at[where]
 

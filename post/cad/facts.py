@@ -5,7 +5,8 @@ import numpy as np
 
 from post.cad.occ import xyz
 
-SAMPLES = 9          # along each axis of a face, to find its smallest radius
+SAMPLES = 9               # along each axis of a face, to find its smallest radius
+AREA_ERROR = 1e-8         # relative; without one, knot lines inside a face are not heeded
 FLAT, TIP = 1e-9, 1e8     # curvature times the face's size that counts as none, as infinite
 KINDS = {"Plane": "plane", "Cylinder": "cylinder", "Cone": "cone", "Sphere": "sphere",
          "Torus": "torus", "BezierSurface": "Bezier", "BSplineSurface": "B-spline",
@@ -37,7 +38,7 @@ def area_of(shape):
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
     properties = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(shape, properties)
+    BRepGProp.SurfaceProperties_s(shape, properties, AREA_ERROR)
     return abs(properties.Mass())
 
 

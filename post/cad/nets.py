@@ -36,7 +36,8 @@ class TrimmedFace:
     number: int                                   # of the face in the file read
     surface: Surface
     loops: list = field(default_factory=list)     # lists of pairs: in the parameters, in space
-                                                  # (None: an edge that is a point); outer first
+                                                  # (None: an edge that is a point); outer first;
+                                                  # none: the whole surface, as of a sphere
     off: float = 0.0                              # deviation where degrees are reduced
     place: np.ndarray = None                      # of the largest
 
@@ -62,6 +63,8 @@ def trimmed_face(number, face, tolerance, gap):
     wires = [outer] + [TopoDS.Wire(wire) for wire in parts(forward, TopAbs_WIRE)
                        if not wire.IsSame(outer)]
     trimmed = TrimmedFace(number, surface, [], off, place)
+    if len(wires) == 1 and is_whole(wires[0], forward, geometry):
+        return turned(trimmed) if is_reversed else trimmed
     for wire in wires:
         pieces = [simple_pair(pair, trimmed, tolerance) for pair in wire_pieces(wire, forward)]
         pieces = closed_loop(pieces, geometry, max(gap, BRep_Tool.Tolerance_s(forward)))
@@ -71,6 +74,20 @@ def trimmed_face(number, face, tolerance, gap):
         raise FaceError("none of its loops has a curve")
     check_inside(trimmed, geometry, gap)
     return turned(trimmed) if is_reversed else trimmed
+
+
+def is_whole(wire, face, surface):
+    """Is a face a whole sphere, torus or the like, bounded by seams and poles alone?"""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepTools import BRepTools
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopoDS import TopoDS
+    u1, u2, v1, v2 = surface.Bounds()
+    slack = 1e-6 * np.array([u2 - u1, u2 - u1, v2 - v1, v2 - v1])
+    if np.any(np.abs(np.subtract(BRepTools.UVBounds_s(face), (u1, u2, v1, v2))) > slack):
+        return False
+    return all(BRep_Tool.Degenerated_s(edge) or BRep_Tool.IsClosed_s(edge, face)
+               for edge in map(TopoDS.Edge, parts(wire, TopAbs_EDGE)))
 
 
 def bspline_surface(face):

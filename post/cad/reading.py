@@ -123,7 +123,7 @@ def iges_facts(reader):
     scale = model.GlobalSection().Scale()
     notes = []
     entities = [model.Entity(i + 1) for i in range(model.NbEntities())]
-    n_blanked = sum(entity.BlankStatus() != 0 and entity.SubordinateStatus() == 0
+    n_blanked = sum(entity.BlankStatus() != 0 and entity.SubordinateStatus() in (0, 2)
                     and entity.TypeNumber() in IGES_SURFACES for entity in entities)
     if n_blanked:
         notes.append(f"{n_blanked} blanked surface{'s' * (n_blanked > 1)} left out")

@@ -8,7 +8,9 @@ from post.cad.facets import facets_of
 
 ALONG = 0.02         # sine between a face and the view that makes it a wall along the view
 OFF = 1e-4           # of the diagonal: how far off the face a ray starts
-RAYS = 40            # of a face
+RAYS = 100           # of a face, spread over it
+CORNERS = 50         # facets of a face from whose corners there are more,
+NEAR = 0.99          # so near to the corners
 SPREAD = np.array([0.7548776662466927, 0.5698402909980532])   # of points: powers of 1/1.3247...
 
 
@@ -54,6 +56,10 @@ def starts(corners, normals, areas, is_solid, towards, off):
     a, b = (np.arange(1, RAYS + 1)[:, None] * SPREAD % 1).T
     a, b = np.where(a + b > 1, 1 - a, a), np.where(a + b > 1, 1 - b, b)
     shares = np.column_stack([a, b, 1 - a - b])
+    some = turned[::-(-len(turned) // CORNERS)]
+    which = np.concatenate([which, np.repeat(some, 3)])
+    near = NEAR * np.eye(3) + (1 - NEAR) / 3
+    shares = np.concatenate([shares, np.tile(near, (len(some), 1))])
     points = np.einsum("ab,abc->ac", shares, corners[which])
     return points + normals[which] * np.minimum(off, 0.02 * np.sqrt(areas[which]))[:, None]
 

@@ -36,7 +36,8 @@ def add_face(entities, face):
     entities.append(Entity(128, surface_text(face.surface), label, PART))
     surface = pointer(entities)
     loops = [add_loop(entities, surface, loop) for loop in face.loops]
-    entities.append(Entity(144, values_text([144, surface, 1, len(loops) - 1, *loops]), label))
+    heads = [1, len(loops) - 1, *loops] if loops else [0, 0, 0]
+    entities.append(Entity(144, values_text([144, surface, *heads]), label))
 
 
 def add_loop(entities, surface, loop):
