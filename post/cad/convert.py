@@ -1,9 +1,9 @@
 """Faces as NURBS of degree 5 at most, with parameter curves on all edges, by OpenCASCADE."""
 from dataclasses import dataclass, field
 
-from post.cad import occ
-from post.cad.nets import FaceError, trimmed_face
-from post.cad.occ import compound_of, faces_in, parts
+from post.cad.nets import trimmed_face
+from post.cad.occ import FaceError, attempt, compound_of, faces_in, parts
+from post.cad.seam import with_usual_seam
 
 
 @dataclass
@@ -24,26 +24,25 @@ def convert(faces, tolerance, gap):
     largest break of a loop; both mm."""
     done = Conversion()
     done.shapes = fixed(faces, done)
-    for number, shape in as_nurbs(done.shapes, done):
+    converter = converter_of(done.shapes)
+    for number, shape in done.shapes:
         try:
-            face = trimmed_face(number, shape, tolerance, gap)
+            add(done, attempt(trimmed_face, number, as_nurbs(shape, converter), tolerance, gap))
         except FaceError as fault:
             done.refused.append((number, str(fault)))
-            continue
-        except Exception as fault:
-            if not occ.is_own(fault):
-                raise
-            done.refused.append((number, f"OpenCASCADE fails: {fault}"))
-            continue
-        done.faces.append(face)
-        done.n_curves += sum(len(loop) for loop in face.loops)
-        done.degrees = tuple(map(max, done.degrees, face.surface.degrees))
-        if face.place is not None:
-            done.n_reduced += 1
-            done.deviation = max(done.deviation, (face.off, number, face.place),
-                                 key=lambda item: item[0])
     done.refused.sort()
     return done
+
+
+def add(done, face):
+    """Add a face to those to write."""
+    done.faces.append(face)
+    done.n_curves += sum(len(loop) for loop in face.loops)
+    done.degrees = tuple(map(max, done.degrees, face.surface.degrees))
+    if face.place is not None:
+        done.n_reduced += 1
+        done.deviation = max(done.deviation, (face.off, face.number, face.place),
+                             key=lambda item: item[0])
 
 
 def fixed(faces, done):
@@ -63,7 +62,8 @@ def fixed(faces, done):
         shapes += [(face.number, piece) for piece in pieces]
     for _, shape in shapes:
         add_missing_curves(shape)
-    return shapes
+    return [(number, shape if n_missing(shape) else with_usual_seam(shape))
+            for number, shape in shapes]
 
 
 def edges_of(face):
@@ -91,30 +91,25 @@ def add_missing_curves(face):
             ShapeFix_Edge().FixAddPCurve(edge, face, BRep_Tool.IsClosed_s(edge, face), 0.0)
 
 
-def as_nurbs(shapes, done):
-    """Faces on surfaces that are NURBS, with parameter curves that fit them. Planes and NURBS stay
-    as they are: their parameters do."""
+def converter_of(shapes):
+    """Makes NURBS of all faces that need it at once, which is fastest; None if it fails."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.TopoDS import TopoDS
     curved = [shape for _, shape in shapes if not keeps_parameters(shape)]
     try:
-        whole = BRepBuilderAPI_NurbsConvert(compound_of(curved), True) if curved else None
-    except Exception as fault:
-        if not occ.is_own(fault):
-            raise
-        whole = None
-    converted = []
-    for number, shape in shapes:
-        try:
-            if not keeps_parameters(shape):
-                converter = whole or BRepBuilderAPI_NurbsConvert(shape, True)
-                shape = TopoDS.Face(converter.ModifiedShape(shape))
-            converted.append((number, shape))
-        except Exception as fault:
-            if not occ.is_own(fault):
-                raise
-            done.refused.append((number, f"OpenCASCADE makes no NURBS of it ({fault})"))
-    return converted
+        return attempt(BRepBuilderAPI_NurbsConvert, compound_of(curved), True) if curved else None
+    except FaceError:
+        return None
+
+
+def as_nurbs(shape, converter):
+    """A face on a surface that is NURBS, with parameter curves that fit it. Planes and NURBS stay
+    as they are, as do their parameters."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+    from OCP.TopoDS import TopoDS
+    if keeps_parameters(shape):
+        return shape
+    converter = converter or attempt(BRepBuilderAPI_NurbsConvert, shape, True)
+    return TopoDS.Face(attempt(converter.ModifiedShape, shape))
 
 
 def keeps_parameters(face):

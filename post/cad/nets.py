@@ -10,7 +10,7 @@ import numpy as np
 
 from post.cad.degrees import (MOST_DEGREE, basis, homogeneous, largest_distance, lowered, plain,
                               samples)
-from post.cad.occ import parts, place_text, xyz
+from post.cad.occ import FaceError, parts, place_text, xyz
 from post.iges_file import Surface
 
 CLOSE = 1e-9        # of a range of parameters: the same value
@@ -40,10 +40,6 @@ class TrimmedFace:
                                                   # none: the whole surface, as of a sphere
     off: float = 0.0                              # deviation where degrees are reduced
     place: np.ndarray = None                      # of the largest
-
-
-class FaceError(Exception):
-    """Why a face cannot be written."""
 
 
 def trimmed_face(number, face, tolerance, gap):
@@ -208,7 +204,11 @@ def curve_arrays(curve, first, last):
         (Geom2d_BSplineCurve, Geom2d_TrimmedCurve, Geom2dConvert.CurveToBSplineCurve_s) if is_flat
         else (Geom_BSplineCurve, Geom_TrimmedCurve, GeomConvert.CurveToBSplineCurve_s))
     if not isinstance(curve, kind):
+        start = curve.Value(first)
         curve = convert(trim(curve, first, last))
+        first, last = curve.FirstParameter(), curve.LastParameter()
+        if curve.Value(first).Distance(start) > CLOSE * (1 + abs(start.X()) + abs(start.Y())):
+            raise FaceError("a curve whose start moves when it becomes NURBS")
     slack = CLOSE * (last - first)
     is_whole = abs(curve.FirstParameter() - first) <= slack \
         and abs(curve.LastParameter() - last) <= slack

@@ -21,9 +21,19 @@ def silence():
     Message.DefaultMessenger_s().RemovePrinters(Message_Printer.get_type_descriptor_s())
 
 
-def is_own(fault):
-    """Was an exception raised by OpenCASCADE? Its classes have no base of their own in Python."""
-    return type(fault).__module__.startswith("OCP")
+class FaceError(Exception):
+    """Why a face cannot be written."""
+
+
+def attempt(call, *arguments):
+    """The result of a call; what OpenCASCADE raises becomes a FaceError. (Its exceptions have no
+    class in common in Python.)"""
+    try:
+        return call(*arguments)
+    except Exception as fault:
+        if not type(fault).__module__.startswith("OCP"):
+            raise
+        raise FaceError(f"OpenCASCADE fails: {fault}") from None
 
 
 def parts(shape, kind):

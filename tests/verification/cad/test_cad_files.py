@@ -26,7 +26,9 @@ from OCP.BRepPrimAPI import (BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder,  # n
                              BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus)
 from OCP.BRepTools import BRepTools  # noqa: E402
 from OCP.collections import (Array1_double, Array1_int, Array2_double, Array2_gp_Pnt)  # noqa: E402
-from OCP.Geom import Geom_BSplineSurface, Geom_CylindricalSurface  # noqa: E402
+from OCP.Geom import (Geom_BSplineSurface, Geom_ConicalSurface,  # noqa: E402
+                      Geom_CylindricalSurface, Geom_ToroidalSurface)
+from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf  # noqa: E402
 from OCP.gp import gp_Ax2, gp_Ax3, gp_Circ, gp_Dir, gp_Pnt  # noqa: E402
 from OCP.GProp import GProp_GProps  # noqa: E402
 from OCP.Interface import Interface_Static  # noqa: E402
@@ -237,6 +239,30 @@ class TestShapes(InFolder):
             for z in (0, 5):
                 place = [10 * np.cos(angle), 10 * np.sin(angle), z]
                 self.assertLess(np.linalg.norm(corners - place, axis=1).min(), 1e-9)
+
+    def test_seams_anywhere(self):
+        """Whole and part turns of cylinder, cone and torus that begin at odd angles."""
+        frame = gp_Ax3(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2), gp_Dir(2, 1, -2))
+        mirrored = gp_Ax3(frame.Ax2())
+        mirrored.YReverse()
+        for place in (frame, mirrored):
+            for surface in (Geom_CylindricalSurface(place, 7), Geom_ConicalSurface(place, 0.3, 7),
+                            Geom_ToroidalSurface(place, 9, 4)):
+                for first, last in ((4.7, 4.7 + 2 * np.pi), (-2.0, 1.0), (6.0, 8.0)):
+                    shape = BRepBuilderAPI_MakeFace(surface, first, last, 0.5, 2.5, 1e-7).Face()
+                    done = convert([Face(1, shape, Traits(), False)], 1e-3, 0.1)
+                    self.assertEqual(done.refused, [])
+                    net = done.faces[0].surface
+                    for share in (0.0, 0.21, 0.5, 0.77, 1.0):
+                        flat = [knots[0] + (knots[-1] - knots[0]) * part
+                                for knots, part in zip(net.knots, (share, share**2))]
+                        point = gp_Pnt(*surface_points(net, ([flat[0]], [flat[1]]))[0, 0])
+                        foot = GeomAPI_ProjectPointOnSurf(point, surface)
+                        self.assertLess(foot.LowerDistance(), 1e-12 * 20)
+                    corners = surface_points(net, [knots[[0, -1]] for knots in net.knots])
+                    wanted = [[occ.xyz(surface.Value(u, v)) for u in (first, last)]
+                              for v in (0.5, 2.5)]
+                    np.testing.assert_allclose(corners, wanted, atol=1e-9)
 
     def test_degrees_are_reduced_within_the_tolerance(self):
         n = 9

@@ -116,7 +116,8 @@ def model_of(*traits):
 
 
 class TestChoice(unittest.TestCase):
-    MODEL = model_of(Traits(("press", "die"), "#cc3333", "ACTIVE"), Traits(("press", "die", "wall")),
+    MODEL = model_of(Traits(("press", "die"), "#cc3333", "ACTIVE"),
+                     Traits(("press", "die", "wall")),
                      Traits(("press", "punch"), "#3333cc", "0"), Traits(("press",), "#999999", "0"))
 
     def numbers(self, *words):
