@@ -108,8 +108,9 @@ def as_nurbs(shape, converter):
     from OCP.TopoDS import TopoDS
     if keeps_parameters(shape):
         return shape
-    converter = converter or attempt(BRepBuilderAPI_NurbsConvert, shape, True)
-    return TopoDS.Face(attempt(converter.ModifiedShape, shape))
+    converter = converter or attempt(BRepBuilderAPI_NurbsConvert, compound_of([shape]), True)
+    new = attempt(converter.ModifiedShape, shape)       # as if the face were not reversed
+    return TopoDS.Face(new.Composed(shape.Orientation()))
 
 
 def keeps_parameters(face):

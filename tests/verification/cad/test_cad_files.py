@@ -187,12 +187,16 @@ class TestShapes(InFolder):
         """The volume by the faces of the file, which know no inside."""
         shape = BRepAlgoAPI_Fuse(BRepPrimAPI_MakeBox(10, 20, 30).Shape(), BRepPrimAPI_MakeCylinder(
             gp_Ax2(gp_Pnt(5, 10, 25), gp_Dir(0, 0, 1)), 4, 15).Shape()).Shape()
-        for shape, volume in ((shape, 6000 + 160 * np.pi),
-                              (BRepPrimAPI_MakeSphere(5).Shape(), 500 * np.pi / 3),
-                              (BRepPrimAPI_MakeTorus(10, 3).Shape(), 180 * np.pi**2)):
-            out = self.folder / "a.igs"
-            out.unlink(missing_ok=True)
-            cad(self.brep(shape), "--out", out)
+        whole = GProp_GProps()
+        BRepGProp.VolumeProperties_s(occ.compound_of([face.shape for face in read_model(
+            str(INPUT / "cross_die.step")).faces]), whole, 1e-12)
+        out = self.folder / "a.igs"
+        for path, volume in ((self.brep(shape), 6000 + 160 * np.pi),
+                             (INPUT / "cross_die.step", whole.Mass()),
+                             (self.brep(BRepPrimAPI_MakeSphere(5).Shape(), "b"), 500 * np.pi / 3),
+                             (self.brep(BRepPrimAPI_MakeTorus(10, 3).Shape(), "c"),
+                              180 * np.pi**2)):
+            cad(path, "--out", out)
             self.check_file(out)
             compound = occ.compound_of([face.shape for face in read_model(str(out)).faces])
             properties = GProp_GProps()
