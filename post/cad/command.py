@@ -9,6 +9,7 @@ from post.cad import occ
 from post.cad.choice import add_choice_arguments
 from post.cad.kinds import kind_of
 from post.iges_file import UNITS, why_left_alone
+from post.picture import add_size_argument
 from post.results import ResultsError
 from post.style import check_format
 
@@ -26,6 +27,7 @@ def add_arguments(command):
                               "curvature, corners of the box, colour, layer, name")
     command.add_argument("--picture", default="", metavar="PNG",
                          help="draw the faces in colours with their numbers")
+    add_size_argument(command)
     add_choice_arguments(command)
     command.add_argument("--tolerance", type=float, metavar="LENGTH",
                          help="largest deviation where degrees above 5 are reduced (default: 0.001 "

@@ -82,7 +82,8 @@ def schema_of(path):
         head = file.read(16 * HEAD).decode("latin-1").upper()
     found = re.search(r"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'", head)
     schema = found.group(1) if found else ""
-    for start, name in (("CONFIG_CONTROL", "AP203"), ("AP203", "AP203"), ("AUTOMOTIVE", "AP214"),
+    for start, name in (("CONFIG_CONTROL", "AP203"), ("CONFIGURATION_CONTROL", "AP203"),
+                        ("AP203", "AP203"), ("AUTOMOTIVE", "AP214"),
                         ("AP242", "AP242"), ("AP209", "AP209"), ("STRUCTURAL", "AP209"),
                         ("ASSOCIATIVE", "AP202"), ("AP2", "")):
         if schema.startswith(start):

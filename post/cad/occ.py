@@ -6,7 +6,7 @@ import numpy as np
 from post.results import ResultsError
 
 INSTALL = ("OpenCASCADE is not installed for this Python: `./bootstrap cad` installs it into .venv "
-           "(cadquery-ocp-novtk, 380 MB)")
+           "(elsewhere: pip install -r post/requirements-cad.txt; 380 MB)")
 
 
 def require():

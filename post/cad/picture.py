@@ -20,6 +20,7 @@ HIDDEN = 0.9             # of grey: faces of the file that are not taken
 LEAST_PIXELS = 60        # of a face that gets its number
 MOST_NUMBERS = 400
 NUMBER_SIZE = 7
+LINE_PIXELS, HALF_DIGIT = 20, 5
 
 
 def draw_picture(model, faces, facts, arguments):
@@ -33,7 +34,7 @@ def draw_picture(model, faces, facts, arguments):
     place = window_of(box_on_screen(facets, view), LARGEST)
     with tempfile.TemporaryDirectory() as folder:
         image, owners = images(facets, model, faces, view, place, folder)
-    save(compose(image, owners, model, faces, view), arguments.picture)
+    save(compose(image, owners, model, faces, view), arguments.picture, arguments.small)
 
 
 def view_for(arguments):
@@ -88,20 +89,24 @@ def compose(image, owners, model, faces, view):
 
 
 def numbers_on(axes, owners, model, taken):
-    """Write numbers into the faces with enough pixels, at the pixel farthest from their edges
-    along rows and columns; returns how many."""
+    """Write numbers into the faces with enough pixels, large faces first, well inside them and
+    beside each other; returns how many."""
     found, counts = np.unique(owners[owners >= 0], return_counts=True)
     order = found[np.argsort(-counts)][:MOST_NUMBERS]
-    shown = 0
+    shown = []
     for i in order:
-        number = model.faces[i].number
-        if number not in taken or counts[found == i] < LEAST_PIXELS:
+        text = str(model.faces[i].number)
+        if int(text) not in taken or counts[found == i] < LEAST_PIXELS:
             continue
         row, column = inner_pixel(owners == i)
-        axes.text(column, row, str(number), fontsize=NUMBER_SIZE, ha="center", va="center",
+        if any(abs(row - other_row) < LINE_PIXELS
+               and abs(column - other_column) < HALF_DIGIT * (len(text) + len(other) + 1)
+               for other, other_row, other_column in shown):
+            continue
+        axes.text(column, row, text, fontsize=NUMBER_SIZE, ha="center", va="center",
                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.6})
-        shown += 1
-    return shown
+        shown.append((text, row, column))
+    return len(shown)
 
 
 def inner_pixel(mask):

@@ -300,5 +300,21 @@ class TestPicture(unittest.TestCase):
         self.assertTrue(wide[row - 6:row + 7, column - 6:column + 7].all())
 
 
+class TestNumbers(unittest.TestCase):
+    def test_numbers_do_not_cover_each_other(self):
+        owners = np.full((100, 300), -1)
+        owners[:, :200] = 0                     # large
+        owners[45:56, 80:90] = 1                # where the number of the large one would be
+        owners[20:60, 220:260] = 2
+        owners[:5, 290:] = 3                    # too small
+        axes = mock.Mock()
+        model = model_of(*[Traits()] * 4)
+        self.assertEqual(picture.numbers_on(axes, owners, model, {1, 3, 4}), 2)
+        places = {call.args[2]: call.args[1::-1] for call in axes.text.call_args_list}
+        self.assertEqual(set(places), {"1", "3"})
+        for text, place in places.items():
+            self.assertEqual(owners[place], int(text) - 1)
+
+
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
