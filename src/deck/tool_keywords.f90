@@ -7,7 +7,7 @@ module tool_keywords
   use text, only: string_t, upper_case, squeezed, read_integer, to_text, rounded_text, place_text
   use name_table, only: place_of
   use checksum, only: file_checksum
-  use text_file, only: path_beside
+  use text_file, only: path_beside, read_whole_file
   use iges_global, only: unit_in_mm
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface, evaluate_surface
@@ -282,9 +282,27 @@ contains
                      "the path of an IGES file, as the deck's folder sees it")
       return
     end if
+    if (is_for_converter(request%path)) then
+      call add_error(errors, record%origin, "`"//request%path//"`, a STEP or BREP file", &
+                     "the IGES file that `python -m post cad "//request%path// &
+                     " --out NAME.igs` makes of it")
+      return
+    end if
     call read_iges(request, tool%surfaces, tool%notes, errors)
     path = request%path
   end subroutine read_cad_tool
+
+  !> Is a file, by its first bytes, STEP (ISO 10303-21) or BREP of OpenCASCADE?
+  logical function is_for_converter(path)
+    character(*), intent(in) :: path
+    integer, parameter :: n_bytes = 256
+    character(:), allocatable :: head
+    logical :: is_there
+
+    call read_whole_file(path, head, is_there, n_bytes)
+    is_for_converter = index(head, "ISO-10303-21") > 0 .or. index(head, "CASCADE Topology") > 0 &
+                       .or. index(head, "DBRep_DrawableShape") == 1
+  end function is_for_converter
 
   !> The unit of LENGTH, else that of *UNITS, else millimetres.
   function deck_unit(record, units) result(unit)
