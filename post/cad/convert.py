@@ -2,7 +2,7 @@
 from dataclasses import dataclass, field
 
 from post.cad.nets import trimmed_face
-from post.cad.occ import FaceError, attempt, compound_of, faces_in, parts
+from post.cad.occ import FaceError, ShapeTable, attempt, compound_of, faces_in, parts
 from post.cad.seam import with_usual_seam
 
 
@@ -27,7 +27,8 @@ def convert(faces, tolerance, gap):
     converter = converter_of(done.shapes)
     for number, shape in done.shapes:
         try:
-            add(done, attempt(trimmed_face, number, as_nurbs(shape, converter), tolerance, gap))
+            face, edges = as_nurbs(shape, converter)
+            add(done, attempt(trimmed_face, number, face, edges, tolerance, gap))
         except FaceError as fault:
             done.refused.append((number, str(fault)))
     done.refused.sort()
@@ -102,15 +103,19 @@ def converter_of(shapes):
 
 
 def as_nurbs(shape, converter):
-    """A face on a surface that is NURBS, with parameter curves that fit it. Planes and NURBS stay
-    as they are, as do their parameters."""
+    """A face on a surface that is NURBS, with parameter curves that fit it, and a table from its
+    edges to those of the shape: faces that share an edge have its very curve. Planes and NURBS
+    stay as they are, as do their parameters."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
     from OCP.TopoDS import TopoDS
     if keeps_parameters(shape):
-        return shape
+        return shape, ShapeTable()
     converter = converter or attempt(BRepBuilderAPI_NurbsConvert, compound_of([shape]), True)
     new = attempt(converter.ModifiedShape, shape)       # as if the face were not reversed
-    return TopoDS.Face(new.Composed(shape.Orientation()))
+    edges = ShapeTable()
+    for edge in edges_of(shape):
+        edges[attempt(converter.ModifiedShape, edge)] = edge
+    return TopoDS.Face(new.Composed(shape.Orientation())), edges
 
 
 def keeps_parameters(face):

@@ -42,9 +42,9 @@ class TrimmedFace:
     place: np.ndarray = None                      # of the largest
 
 
-def trimmed_face(number, face, tolerance, gap):
-    """A face whose geometry is NURBS all over. `tolerance`: largest deviation where degrees are
-    reduced; `gap`: largest break of a loop in space."""
+def trimmed_face(number, face, edges, tolerance, gap):
+    """A face on a NURBS surface. `edges`: table of edges with better curves in space; `tolerance`:
+    largest deviation where degrees are reduced; `gap`: largest break of a loop in space."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepTools import BRepTools
     from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED, TopAbs_WIRE
@@ -62,7 +62,8 @@ def trimmed_face(number, face, tolerance, gap):
     if len(wires) == 1 and is_whole(wires[0], forward, geometry):
         return turned(trimmed) if is_reversed else trimmed
     for wire in wires:
-        pieces = [simple_pair(pair, trimmed, tolerance) for pair in wire_pieces(wire, forward)]
+        pieces = wire_pieces(wire, forward, edges,
+                             lambda pair: simple_pair(pair, trimmed.surface, tolerance))
         pieces = closed_loop(pieces, geometry, max(gap, BRep_Tool.Tolerance_s(forward)))
         if pieces:
             trimmed.loops.append(pieces)
@@ -159,8 +160,9 @@ def check_numbers(weights, *arrays):
         raise FaceError(f"a weight of {weights.min():.3g}, not above 0")
 
 
-def wire_pieces(wire, face):
-    """Curves of the edges of a wire in its order: in the parameters, and in space or None."""
+def wire_pieces(wire, face, edges, simplified):
+    """Curves of the edges of a wire in its order: in the parameters, and in space or None. They
+    are simplified before they are reversed, so that faces on both sides have the same."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepTools import BRepTools_WireExplorer
     from OCP.TopAbs import TopAbs_EDGE, TopAbs_REVERSED
@@ -172,9 +174,11 @@ def wire_pieces(wire, face):
         flat = BRep_Tool.CurveOnSurface_s(edge, face, first, last)
         if flat is None:
             raise FaceError("no parameter curve at " + edge_text(edge))
-        space = None if BRep_Tool.Degenerated_s(edge) else BRep_Tool.Curve_s(edge, 0.0, 0.0)
+        given = edges.get(edge, edge)
+        space = None if BRep_Tool.Degenerated_s(edge) else BRep_Tool.Curve_s(given, 0.0, 0.0)
         pair = curve_arrays(flat, first, last), \
-            None if space is None else curve_arrays(space, *BRep_Tool.Range_s(edge))
+            None if space is None else curve_arrays(space, *BRep_Tool.Range_s(given))
+        pair = simplified(pair)
         if edge.Orientation() == TopAbs_REVERSED:
             pair = tuple(curve and curve.reversed() for curve in pair)
         pieces.append(pair)
@@ -284,11 +288,11 @@ def curve_points(curve):
                                                                     curve.weights))[0]
 
 
-def simple_pair(pair, trimmed, tolerance):
+def simple_pair(pair, surface, tolerance):
     """The curves of an edge with degrees that the solver reads; what is straight in the parameters
     becomes a line."""
     flat, space = pair
-    metric = stretch(trimmed.surface)
+    metric = stretch(surface)
     line = straight(flat, metric, STRAIGHT * tolerance)
     if line is None:
         line = lowered_curve(flat, metric, CURVE_SHARE * tolerance)

@@ -203,6 +203,20 @@ class TestShapes(InFolder):
             BRepGProp.VolumeProperties_s(compound, properties, 1e-12)
             self.assertAlmostEqual(properties.Mass() / volume, 1, 8)
 
+    def test_shared_edges_have_the_same_curve(self):
+        """To the last bit, and in opposite directions."""
+        fused = BRepAlgoAPI_Fuse(BRepPrimAPI_MakeBox(10, 20, 30).Shape(), BRepPrimAPI_MakeCylinder(
+            gp_Ax2(gp_Pnt(5, 10, 25), gp_Dir(0, 0, 1), gp_Dir(1, 1, 0)), 4, 15).Shape()).Shape()
+        for path in (self.brep(fused), INPUT / "s_rail_die.step", INPUT / "cross_die.step"):
+            done = convert(read_model(str(path)).faces, 1e-3, 0.1)
+            self.assertEqual(done.refused, [])
+            ways = {}
+            for curve in (pair[1] for face in done.faces for loop in face.loops for pair in loop):
+                one, other = curve.points.tobytes(), curve.reversed().points.tobytes()
+                ways.setdefault(min(one, other), []).append(one < other)
+            for both in ways.values():
+                self.assertEqual(sorted(both), [False, True])
+
     def test_what_hides_what(self):
         """A table over a box: its plate hides the box but for the part that sticks out."""
         plate = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 50), gp_Pnt(100, 100, 60)).Shape()
