@@ -6,6 +6,7 @@ module nurbs_surface
   use kinds, only: wp
   use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives
+  use trim_curve, only: trim_loop_t
   implicit none
   private
 
@@ -16,6 +17,7 @@ module nurbs_surface
     type(knot_vector_t) :: axes(2)               !! knot vectors of xi and eta
     real(wp), allocatable :: points(:, :, :)     !! control points [length], shape (n1, n2, 3)
     real(wp), allocatable :: weights(:, :)       !! positive, shape (n1, n2)
+    type(trim_loop_t), allocatable :: loops(:)   !! around the part that counts; absent: all of it
   end type nurbs_surface_t
 
 contains

@@ -10,6 +10,7 @@ module refinement
   use text, only: to_text
   use knot_vector, only: knot_vector_t, find_span, n_spans, span_table, max_degree, insert_knot
   use nurbs_surface, only: nurbs_surface_t
+  use trim_curve, only: reverse_loop
   use nurbs_solid, only: nurbs_solid_t, solid_face
   implicit none
   private
@@ -62,7 +63,7 @@ contains
 
     layer = layer_of(surface)
     call insert_into_solid(layer, axis, new_knots, error)
-    if (.not. allocated(error)) surface = solid_face(layer, 5)
+    if (.not. allocated(error)) call take_layer(layer, surface)
   end subroutine insert_into_surface
 
   subroutine insert_into_solid(solid, axis, new_knots, error)
@@ -90,7 +91,7 @@ contains
 
     layer = layer_of(surface)
     call elevate_solid(layer, axis, times, error)
-    if (.not. allocated(error)) surface = solid_face(layer, 5)
+    if (.not. allocated(error)) call take_layer(layer, surface)
   end subroutine elevate_surface
 
   subroutine elevate_solid(solid, axis, times, error)
@@ -121,8 +122,41 @@ contains
 
     layer = layer_of(surface)
     call reverse_solid(layer, axis)
-    surface = solid_face(layer, 5)
+    call take_layer(layer, surface)
+    if (allocated(surface%loops)) call mirror_loops(surface, axis)
   end subroutine reverse_surface
+
+  !> Let the curves of a trim follow an axis that was reversed.
+  pure subroutine mirror_loops(surface, axis)
+    type(nurbs_surface_t), intent(inout) :: surface
+    integer, intent(in) :: axis
+    real(wp) :: both
+    integer :: i, k
+
+    associate (knots => surface%axes(axis)%knots)
+      both = knots(1) + knots(size(knots))
+    end associate
+    do i = 1, size(surface%loops)
+      associate (curves => surface%loops(i)%curves)
+        do k = 1, size(curves)
+          curves(k)%c(axis, :) = both*curves(k)%c(3, :) - curves(k)%c(axis, :)
+        end do
+      end associate
+      call reverse_loop(surface%loops(i))
+    end do
+  end subroutine mirror_loops
+
+  !> The surface of a layer that was refined; its trim stays.
+  pure subroutine take_layer(layer, surface)
+    type(nurbs_solid_t), intent(in) :: layer
+    type(nurbs_surface_t), intent(inout) :: surface
+    type(nurbs_surface_t) :: refined
+
+    refined = solid_face(layer, 5)
+    surface%axes = refined%axes
+    call move_alloc(refined%points, surface%points)
+    call move_alloc(refined%weights, surface%weights)
+  end subroutine take_layer
 
   pure subroutine reverse_solid(solid, axis)
     type(nurbs_solid_t), intent(inout) :: solid
