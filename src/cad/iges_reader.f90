@@ -1,7 +1,7 @@
 !> Surfaces of a tool from an IGES file (version 5.3, fixed columns), with a report.
 !!
-!! Read are rational B-spline surfaces (128), surfaces of revolution (120) and tabulated cylinders
-!! (122) with their curves and transformations, in the unit of the deck. Surfaces that meet at
+!! Read are rational B-spline surfaces (128), also trimmed ones (144), surfaces of revolution (120)
+!! and tabulated cylinders (122) with their curves and transformations, in the unit of the deck. Surfaces that meet at
 !! their edges are reversed where needed, so that their normals agree.
 module iges_reader
   use kinds, only: wp
@@ -13,7 +13,7 @@ module iges_reader
   use iges_directory, only: type_name
   use iges_model, only: iges_model_t, read_iges_model
   use iges_selection, only: iges_request_t, select_entries, skipped_lines
-  use iges_surfaces, only: read_surface
+  use iges_trims, only: read_trimmed
   implicit none
   private
 
@@ -55,7 +55,7 @@ contains
       found = "no surface for a tool"
       if (size(skipped) > 0) found = found//", "//joined(skipped, ", ")
       call add_error(errors, new_origin(request%path, 0, "IGES"), found, &
-                     "surfaces of type 128, 120 or 122 that stand for themselves")
+                     "surfaces of type 144, 128, 120 or 122 that stand for themselves")
     else
       do i = 1, size(surfaces)
         surfaces(i)%points = length_factor(model, request)*surfaces(i)%points
@@ -87,7 +87,7 @@ contains
     allocate (surfaces(size(taken)))
     n_bad = 0
     do i = 1, size(taken)
-      call read_surface(model, taken(i), surfaces(i))
+      call read_trimmed(model, taken(i), surfaces(i))
       if (.not. model%is_valid) n_bad = n_bad + 1
       if (n_bad == most_errors) return
     end do
@@ -156,6 +156,7 @@ contains
     line = line//", degrees "//to_text(surface%axes(1)%degree)//" x "// &
            to_text(surface%axes(2)%degree)//", "//to_text(surface%axes(1)%n_basis)//" x "// &
            to_text(surface%axes(2)%n_basis)//" control points"
+    if (allocated(surface%loops)) line = line//", "//counted(size(surface%loops), "loop")
     if (is_reversed) line = line//", turned: its normal disagreed across an edge"
   end function surface_line
 

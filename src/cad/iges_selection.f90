@@ -19,21 +19,21 @@ module iges_selection
   end type iges_request_t
 
   integer, parameter :: is_taken = 0, is_no_surface = 1, is_part = 2, is_blanked = 3, &
-                        is_no_geometry = 4, is_unread = 5, is_not_chosen = 6, is_trimmed = 7
+                        is_no_geometry = 4, is_unread = 5, is_not_chosen = 6, is_bounded = 7
   character(*), parameter :: reasons(7) = [character(40) :: "no surface", &
     "part of another entity", "blanked, not to be seen", "not geometry by its use flag", &
-    "a kind of surface that is not read", "not chosen", "trimmed"]
+    "a kind of surface that is not read", "not chosen", "bounded in space"]
 
-  integer, parameter :: surfaces_read(3) = [120, 122, 128]
-  integer, parameter :: trimmed(5) = [141, 142, 143, 144, 510]
+  integer, parameter :: surfaces_read(4) = [120, 122, 128, 144]
+  integer, parameter :: bounded(4) = [141, 142, 143, 510]   ! all but by loops of parameters
   integer, parameter :: surfaces_unread(9) = [108, 114, 118, 140, 190, 192, 194, 196, 198]
   integer, parameter :: most_told = 10
-  character(*), parameter :: hint = "surfaces without trimming: types 128, 120 and 122"
+  character(*), parameter :: hint = "surfaces of types 144, 128, 120 and 122"
 
 contains
 
   !> The reason why each entity is left out, 0 for those that are taken. What the deck asks for and
-  !! cannot have is an error, as is a trimmed surface; surfaces of other kinds are warned of.
+  !! cannot have is an error, as is a surface bounded in space; surfaces of other kinds are warned of.
   subroutine select_entries(model, request, reason)
     type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request
@@ -49,7 +49,7 @@ contains
     else
       call warn_of_unread(model, reason)
     end if
-    call refuse_trimmed(model, reason)
+    call refuse_bounded(model, reason)
   end subroutine select_entries
 
   !> Lines such as `skipped 12 x type 110 (line): no surface`, one for each type and reason.
@@ -88,15 +88,15 @@ contains
   pure integer function nature(entry) result(reason)
     type(entry_t), intent(in) :: entry
 
-    if (any(entry%type == trimmed(:2)) .and. entry%is_part) then
+    if (any(entry%type == bounded(:2)) .and. entry%is_part) then
       reason = is_part   ! what it trims is rejected
-    else if (.not. any(entry%type == [surfaces_read, surfaces_unread, trimmed])) then
+    else if (.not. any(entry%type == [surfaces_read, surfaces_unread, bounded])) then
       reason = is_no_surface
     else if (entry%is_blanked) then
       reason = is_blanked
-    else if (any(entry%type == trimmed)) then
-      reason = is_trimmed
-    else if (entry%is_part) then
+    else if (any(entry%type == bounded)) then
+      reason = is_bounded
+    else if (entry%is_part .and. entry%type /= 144) then
       reason = is_part
     else if (entry%purpose /= 0) then
       reason = is_no_geometry
@@ -122,7 +122,7 @@ contains
         call add_error(model%file%errors, request%origin, "entity D"//to_text(n)//", which `"// &
                        request%path//"` does not have", "odd directory numbers from 1 to "// &
                        to_text(2*size(reason) - 1))
-      else if (.not. any(model%entries((n + 1)/2)%type == [surfaces_read, trimmed])) then
+      else if (.not. any(model%entries((n + 1)/2)%type == [surfaces_read, bounded])) then
         call add_error(model%file%errors, request%origin, entry_name(model%entries, (n + 1)/2)// &
                        " as a tool", hint)
       else
@@ -134,8 +134,8 @@ contains
     end do
     do i = 1, size(reason)
       if (is_named(i)) then
-        reason(i) = merge(is_trimmed, is_taken, any(model%entries(i)%type == trimmed))
-      else if (any(reason(i) == [is_taken, is_trimmed, is_unread])) then
+        reason(i) = merge(is_bounded, is_taken, any(model%entries(i)%type == bounded))
+      else if (any(reason(i) == [is_taken, is_bounded, is_unread])) then
         reason(i) = is_not_chosen
       end if
     end do
@@ -155,7 +155,7 @@ contains
     is_found = .false.
     allocate (known(0))
     do i = 1, size(is_named)
-      if (.not. any(model%entries(i)%type == [surfaces_read, trimmed])) cycle
+      if (.not. any(model%entries(i)%type == [surfaces_read, bounded])) cycle
       one%value = model%entries(i)%label
       if (squeezed(upper_case(one%value)) == squeezed(upper_case(label))) then
         is_named(i) = .true.
@@ -172,24 +172,25 @@ contains
                    "the label of a surface"//nearest)
   end subroutine find_label
 
-  subroutine refuse_trimmed(model, reason)
+  subroutine refuse_bounded(model, reason)
     type(iges_model_t), intent(inout) :: model
     integer, intent(in) :: reason(:)
     integer :: i, n
 
     n = 0
     do i = 1, size(reason)
-      if (reason(i) /= is_trimmed) cycle
+      if (reason(i) /= is_bounded) cycle
       n = n + 1
       if (n == most_told) then
-        call reject_entity(model, i, counted(count(reason == is_trimmed) - n + 1, &
-                           "trimmed surface")//" more", hint)
+        call reject_entity(model, i, counted(count(reason == is_bounded) - n + 1, &
+                           "bounded surface")//" more", hint)
         return
       end if
-      call reject_entity(model, i, "a trimmed surface, which is not done yet", &
-                         hint//"; or name those of the file with ENTITY= or LABEL=")
+      call reject_entity(model, i, "a surface or curve bounded in space, which is not read", &
+                         hint//": convert the file with `python -m post cad`, or name "// &
+                         "surfaces of it with ENTITY= or LABEL=")
     end do
-  end subroutine refuse_trimmed
+  end subroutine refuse_bounded
 
   !> One warning for each kind of surface that is left out.
   subroutine warn_of_unread(model, reason)

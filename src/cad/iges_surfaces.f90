@@ -15,7 +15,7 @@ module iges_surfaces
   implicit none
   private
 
-  public :: read_surface
+  public :: read_surface, read_curve
 
   real(wp), parameter :: turn = 2*acos(-1.0_wp)   !! a full turn [radians]
 

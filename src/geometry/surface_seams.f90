@@ -1,6 +1,7 @@
 !> Which edges of surfaces coincide, and surfaces reversed so that their normals agree.
 !!
-!! Edges go by xi_min, xi_max, eta_min, eta_max, 1 to 4. Two surfaces agree where they run along
+!! Edges go by xi_min, xi_max, eta_min, eta_max, 1 to 4; those of a trimmed surface are the curves
+!! of its loops, from 5 on. Two surfaces agree where they run along
 !! their common edge in opposite directions, each with itself on the left; that holds for sharp
 !! edges as well as for smooth ones.
 module surface_seams
@@ -8,6 +9,7 @@ module surface_seams
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use refinement, only: reverse_axis
   use surface_grid, only: lines
+  use trim_curve, only: trim_curve_t, evaluate_curve, curve_point
   implicit none
   private
 
@@ -42,6 +44,7 @@ module surface_seams
     real(wp) :: low(3) = 0.0_wp, high(3) = 0.0_wp   ! box around it
     real(wp), allocatable :: at(:)                  ! parameter at the corners of its polygon
     real(wp), allocatable :: corners(:, :)          ! shape (3, size(at))
+    type(trim_curve_t) :: curve                     ! of a trimmed surface
   end type edge_t
 
 contains
@@ -57,10 +60,8 @@ contains
     integer :: i, j
     logical :: lies(2)
 
-    allocate (edges(4*size(surfaces)), found%seams(0))
-    do i = 1, size(edges)
-      edges(i) = new_edge(surfaces((i + 3)/4), (i + 3)/4, i - 4*((i - 1)/4), tolerance)
-    end do
+    allocate (found%seams(0))
+    call list_edges(surfaces, tolerance, edges)
     is_free = .not. edges%is_collapsed
     do i = 1, size(edges)
       do j = i + 1, size(edges)
@@ -79,6 +80,37 @@ contains
     found%is_reversed = .false.
     call find_groups(found)
   end subroutine find_surface_seams
+
+  !> Edges of all surfaces.
+  subroutine list_edges(surfaces, tolerance, edges)
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    real(wp), intent(in) :: tolerance
+    type(edge_t), allocatable, intent(out) :: edges(:)
+    integer :: i, j, k, n, pass, number
+
+    do pass = 1, 2    ! count, then take
+      n = 0
+      do i = 1, size(surfaces)
+        if (.not. allocated(surfaces(i)%loops)) then
+          do k = 1, 4
+            n = n + 1
+            if (pass == 2) edges(n) = new_edge(surfaces(i), i, k, tolerance)
+          end do
+          cycle
+        end if
+        number = 4
+        do j = 1, size(surfaces(i)%loops)
+          do k = 1, size(surfaces(i)%loops(j)%curves)
+            n = n + 1
+            number = number + 1
+            if (pass == 2) edges(n) = new_edge(surfaces(i), i, number, tolerance, &
+                                               surfaces(i)%loops(j)%curves(k))
+          end do
+        end do
+      end do
+      if (pass == 1) allocate (edges(n))
+    end do
+  end subroutine list_edges
 
   !> Reverse the first axis of surfaces whose normals disagree with those of the first surface of
   !! their group.
@@ -212,7 +244,7 @@ contains
     range = b%at(size(b%at)) - b%at(1)
     do i = 1, n_compared
       fraction = part(1) + (part(2) - part(1))*(i - 1)/(n_compared - 1)
-      call evaluate_edge(surfaces(a%surface), a%number, &
+      call evaluate_edge(surfaces(a%surface), a, &
                          (1 - fraction)*a%at(1) + fraction*a%at(size(a%at)), point, tangent)
       call project(surfaces(b%surface), b, point, position(i), distance)
       if (.not. distance <= tolerance) return
@@ -246,7 +278,7 @@ contains
       high = maxval(ends)
     end associate
     do i = 1, most
-      call evaluate_edge(surface, edge%number, at, here, tangent)
+      call evaluate_edge(surface, edge, at, here, tangent)
       slope = dot_product(here - point, tangent)
       if (slope > 0.0_wp) high = at
       if (slope < 0.0_wp) low = at
@@ -255,7 +287,7 @@ contains
       if (.not. (at > low .and. at < high)) at = 0.5_wp*(low + high)
       if (abs(at - before) <= epsilon(at)*max(abs(low), abs(high))) exit
     end do
-    call evaluate_edge(surface, edge%number, at, here, tangent)
+    call evaluate_edge(surface, edge, at, here, tangent)
     distance = norm2(here - point)
     do i = 1, size(edge%at), size(edge%at) - 1   ! ends count in full
       if (norm2(edge%corners(:, i) - point) >= distance) cycle
@@ -265,21 +297,27 @@ contains
   end subroutine project
 
   !> An edge with its polygon, box and kind.
-  function new_edge(surface, number_of_surface, number, tolerance) result(edge)
+  function new_edge(surface, number_of_surface, number, tolerance, curve) result(edge)
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: number_of_surface, number
     real(wp), intent(in) :: tolerance
+    type(trim_curve_t), intent(in), optional :: curve   !! where the number is above 4
     type(edge_t) :: edge
     real(wp) :: tangent(3)
     integer :: i
 
     edge%surface = number_of_surface
     edge%number = number
-    edge%at = lines(surface%axes(merge(2, 1, number <= 2)), n_steps)
+    if (present(curve)) then
+      edge%curve = curve
+      edge%at = steps_along(surface, curve)
+    else
+      edge%at = lines(surface%axes(merge(2, 1, number <= 2)), n_steps)
+    end if
     ! Kept on the left: xi_min and eta_max run downwards.
     allocate (edge%corners(3, size(edge%at)))
     do i = 1, size(edge%at)
-      call evaluate_edge(surface, number, edge%at(i), edge%corners(:, i), tangent)
+      call evaluate_edge(surface, edge, edge%at(i), edge%corners(:, i), tangent)
     end do
     edge%low = minval(edge%corners, 2)
     edge%high = maxval(edge%corners, 2)
@@ -291,18 +329,44 @@ contains
     end if
   end function new_edge
 
-  !> Point and tangent of an edge, towards higher parameters.
-  pure subroutine evaluate_edge(surface, number, at, point, tangent)
+  !> Parameters of the corners of a curve's polygon: as many as the spans that it passes ask for.
+  pure function steps_along(surface, curve) result(at)
     type(nurbs_surface_t), intent(in) :: surface
-    integer, intent(in) :: number
+    type(trim_curve_t), intent(in) :: curve
+    real(wp), allocatable :: at(:)
+    real(wp) :: ends(2, 2)
+    integer :: d, i, n
+
+    ends(:, 1) = curve_point(curve, 0.0_wp)
+    ends(:, 2) = curve_point(curve, 1.0_wp)
+    n = curve%degree
+    do d = 1, 2
+      associate (knots => surface%axes(d)%knots)
+        n = n + count(knots > minval(ends(d, :)) .and. knots < maxval(ends(d, :)))
+      end associate
+    end do
+    n = n_steps*n
+    at = [(real(i, wp)/n, i=0, n)]
+  end function steps_along
+
+  !> Point and tangent of an edge, towards higher parameters.
+  pure subroutine evaluate_edge(surface, edge, at, point, tangent)
+    type(nurbs_surface_t), intent(in) :: surface
+    type(edge_t), intent(in) :: edge
     real(wp), intent(in) :: at
     real(wp), intent(out) :: point(3), tangent(3)
-    real(wp) :: d1(3, 2), xi(2)
+    real(wp) :: d1(3, 2), xi(2), slope(2), bend(2)
     integer :: across
 
-    across = merge(1, 2, number <= 2)
+    if (edge%number > 4) then
+      call evaluate_curve(edge%curve, at, xi, slope, bend)
+      call evaluate_surface(surface, xi, point, d1)
+      tangent = matmul(d1, slope)
+      return
+    end if
+    across = merge(1, 2, edge%number <= 2)
     associate (knots => surface%axes(across)%knots)
-      xi(across) = merge(knots(1), knots(size(knots)), mod(number, 2) == 1)
+      xi(across) = merge(knots(1), knots(size(knots)), mod(edge%number, 2) == 1)
     end associate
     xi(3 - across) = at
     call evaluate_surface(surface, xi, point, d1)
