@@ -1,8 +1,8 @@
 !> Surfaces of a tool from an IGES file (version 5.3, fixed columns), with a report.
 !!
 !! Read are rational B-spline surfaces (128), also trimmed ones (144), surfaces of revolution (120)
-!! and tabulated cylinders (122) with their curves and transformations, in the unit of the deck. Surfaces that meet at
-!! their edges are reversed where needed, so that their normals agree.
+!! and tabulated cylinders (122) with their curves and transformations, in the unit of the deck.
+!! Surfaces that meet at their edges are reversed where needed, so that their normals agree.
 module iges_reader
   use kinds, only: wp
   use input_errors, only: error_list_t, new_origin, add_error, add_warning, n_errors

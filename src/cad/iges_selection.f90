@@ -33,7 +33,7 @@ module iges_selection
 contains
 
   !> The reason why each entity is left out, 0 for those that are taken. What the deck asks for and
-  !! cannot have is an error, as is a surface bounded in space; surfaces of other kinds are warned of.
+  !! cannot have is an error, as is a surface bounded in space; other surfaces are warned of.
   subroutine select_entries(model, request, reason)
     type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request

@@ -13,9 +13,10 @@
 module closest_point
   use kinds, only: wp
   use tool, only: tool_t
-  use tool_face, only: separation_t, separation, face_position, unit_normal
+  use tool_face, only: separation_t, separation, face_position, safe_normal
   use tool_seams, only: move_across
   use tool_cells, only: cell_t
+  use edge_contact, only: is_on_tool, edge_gap
   implicit none
   private
 
@@ -39,6 +40,8 @@ module closest_point
     real(wp) :: normal(3) = 0.0_wp       !! unit, towards the sheet's side, eq. (55)
     real(wp) :: overhang = 0.0_wp        !! how far the point is beyond the tool's edge [length]
     real(wp) :: rival = huge(1.0_wp)     !! distance to the next best point, if searched for
+    integer :: edge = 0                  !! piece of a trimmed tool's edge that it lies on, 0: none
+    real(wp) :: along = 0.0_wp           !! coordinate on that piece
     integer :: n_iterations = 0          !! evaluations of the face in all starts
     logical :: is_converged = .false.
     logical :: is_leaving = .false.      !! stopped at the edge of its cell: no closest point
@@ -88,7 +91,8 @@ contains
   end function is_beside
 
   !> Closest point from a position on a face nearby, across knot lines where need be. For a point
-  !! that moved a little since that position was its closest.
+  !! that moved a little since that position was its closest. Beyond the trim of a surface it is not
+  !! converged.
   pure subroutine follow(tool, x, face, at, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)    !! point in the tool's frame [length]
@@ -99,6 +103,8 @@ contains
     hit%face = face
     hit%at = min(max(at, 0.0_wp), 1.0_wp)
     call descend(tool, x, hit)
+    if (tool%is_trimmed) hit%is_converged = hit%is_converged &
+                                            .and. is_on_tool(tool, hit%face, hit%at)
     call finish(tool, x, hit)
   end subroutine follow
 
@@ -356,7 +362,11 @@ contains
 
     here = separation(tool%coefficients, hit%face, hit%at, x)
     hit%distance = sqrt(here%square)
-    normal = safe_normal(tool, hit%face, hit%at)
+    if (hit%edge > 0) then
+      call edge_gap(tool, hit%edge, hit%along, x, hit%gap, hit%normal, hit%overhang)
+      return
+    end if
+    normal = safe_normal(tool%coefficients, hit%face, hit%at)
     mean = normal
     r = here%r
     has_break = .false.
@@ -373,7 +383,7 @@ contains
       else
         has_break = has_break .or. abs(here%slope(d)) > sqrt(here%metric(d)) &
           *max(along_normal*hit%distance, step_tolerance*tool%scale)
-        mean = mean + safe_normal(tool, face, at)
+        mean = mean + safe_normal(tool%coefficients, face, at)
       end if
     end do
     hit%gap = tool%side*dot_product(r, normal)
@@ -383,22 +393,6 @@ contains
       hit%normal = r/hit%gap
     end if
   end subroutine finish
-
-  !> Unit normal, taken a little inside the face where an edge has shrunk to a point.
-  pure function safe_normal(tool, face, at) result(normal)
-    type(tool_t), intent(in) :: tool
-    integer, intent(in) :: face
-    real(wp), intent(in) :: at(2)
-    real(wp), parameter :: inside = 1.0e-5_wp, origin(3) = 0.0_wp
-    real(wp) :: normal(3)
-    type(separation_t) :: here
-
-    here = separation(tool%coefficients, face, at, origin)
-    normal = unit_normal(here%d1)
-    if (norm2(normal) > 0.5_wp) return
-    here = separation(tool%coefficients, face, at + inside*(0.5_wp - at), origin)
-    normal = unit_normal(here%d1)
-  end function safe_normal
 
   !> Follow eight points from where they were. `face`, `x`, `s` and `t` in, the rest out.
   pure subroutine follow_lanes(tool, lanes)
@@ -430,6 +424,7 @@ contains
     lanes%is_good = lanes%is_good .and. newton%k_ss > 0.0_wp .and. newton%determinant > 0.0_wp &
       .and. abs(lanes%s - 0.5_wp) <= 0.5_wp + edge_tolerance &
       .and. abs(lanes%t - 0.5_wp) <= 0.5_wp + edge_tolerance
+    if (tool%is_trimmed) call leave_trims(tool, lanes)
     !$omp simd private(length)
     do lane = 1, n_lanes
       length = tool%side*sqrt(newton%normal(lane, 1)**2 + newton%normal(lane, 2)**2 &
@@ -440,6 +435,18 @@ contains
       lanes%gap(lane) = newton%along(lane)/length
     end do
   end subroutine follow_lanes
+
+  !> Points that have left the trim of their surface are not settled.
+  pure subroutine leave_trims(tool, lanes)
+    type(tool_t), intent(in) :: tool
+    type(lanes_t), intent(inout) :: lanes
+    integer :: lane
+
+    do lane = 1, n_lanes
+      if (.not. lanes%is_good(lane) .or. .not. tool%is_cut(lanes%face(lane))) cycle
+      lanes%is_good(lane) = is_on_tool(tool, lanes%face(lane), [lanes%s(lane), lanes%t(lane)])
+    end do
+  end subroutine leave_trims
 
   !> Coefficients of the faces, lanes first. Neighbouring points are mostly on one face.
   pure subroutine gather_faces(n1, n2, n_faces, coefficients, faces, c)

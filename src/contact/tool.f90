@@ -12,9 +12,14 @@ module tool
   use knot_vector, only: n_spans, span_table
   use bezier, only: bezier_hulls, to_power_form
   use position_code, only: position_code_t, new_position_code
-  use tool_cells, only: cell_t, cell_list_t, cut_surface
+  use tool_cells, only: cell_t, cell_list_t, cut_surface, append_edge
+  use trim_curve, only: curve_point
+  use trim_loops, only: rectangle_loop
+  use surface_trim, only: trim_t, new_trim, is_inside
+  use tool_edges, only: tool_edge_t, edge_link_t, cut_edges, link_edges
   use cell_hierarchy, only: cell_hierarchy_t, new_cell_hierarchy
   use tool_seams, only: seam_t, find_tool_seams
+  use tool_face, only: face_position
   implicit none
   private
 
@@ -54,6 +59,13 @@ module tool
     type(cell_t), allocatable :: cells(:)      !! faces, cut where they bend or joined to blocks
     type(position_code_t) :: codes             !! cells within the search distance of a position
     type(cell_hierarchy_t) :: tree                  !! cells by their positions, for any distance
+    logical :: is_trimmed = .false.            !! those that follow are in use
+    type(trim_t), allocatable :: trims(:)      !! of the surfaces
+    integer, allocatable :: faces_before(:)    !! of the surfaces before each
+    logical, allocatable :: is_cut(:)          !! a part of the face, or all, does not count
+    type(tool_edge_t), allocatable :: edges(:)        !! pieces of the edges of all surfaces
+    type(edge_link_t), allocatable :: edge_links(:)   !! parts of them that lie on others
+    real(wp), allocatable :: anchors(:, :)     !! a position of the tool in or near each cell
   end type tool_t
 
 contains
@@ -87,6 +99,11 @@ contains
       tool%n_reversed = count(seams%is_reversed)
     end if
     call set_faces(tool)
+    if (tool%is_trimmed) then
+      call link_edges(tool%coefficients, seam_tolerance(search_distance), tool%edges, &
+                      tool%edge_links)
+      return
+    end if
     if (size(surfaces) > 1) call find_tool_seams(tool%coefficients, tool%surface_of, &
       seam_tolerance(search_distance), tool%neighbours, tool%links)
   end subroutine new_tool
@@ -144,11 +161,13 @@ contains
     n = tool%n_faces
     allocate (tool%coefficients(4, tool%orders(1), tool%orders(2), n), source=0.0_wp)
     allocate (tool%neighbours(4, n), tool%surface_of(n), tool%low(2, n), tool%high(2, n))
+    call set_trims(tool)
     n = 0
     do surface = 1, size(tool%surfaces)
       call set_surface(tool, surface, n, cells)
     end do
     tool%cells = cells%items(:cells%n)
+    if (tool%is_trimmed) call set_anchors(tool)
     allocate (boxes(3, 2, cells%n))
     do i = 1, cells%n
       boxes(:, :, i) = tool%cells(i)%box
@@ -186,15 +205,105 @@ contains
       associate (p => axes(1)%degree, q => axes(2)%degree)
         associate (hulls => tool%coefficients(:, :p + 1, :q + 1, first:n))
           call bezier_hulls(tool%surfaces(surface), hulls)
-          call cut_surface(cells, first - 1, [size(spans1), size(spans2)], hulls, &
-                           tool%search_distance)
+          if (tool%is_trimmed) then
+            call cut_surface(cells, first - 1, [size(spans1), size(spans2)], hulls, &
+                             tool%search_distance, tool%trims(surface)%root < 0)
+          else
+            call cut_surface(cells, first - 1, [size(spans1), size(spans2)], hulls, &
+                             tool%search_distance)
+          end if
         end associate
+        if (tool%is_trimmed) call set_edges(tool, surface, first, n, cells)
         do i = first, n
           call to_power_form(p, q, tool%coefficients(:, :p + 1, :q + 1, i))
         end do
       end associate
     end associate
   end subroutine set_surface
+
+  !> Prepare the trims, if a surface has one. Then those without have their border as their edge.
+  subroutine set_trims(tool)
+    type(tool_t), intent(inout) :: tool
+    integer :: s
+
+    tool%is_trimmed = any([(allocated(tool%surfaces(s)%loops), s=1, size(tool%surfaces))])
+    if (.not. tool%is_trimmed) return
+    allocate (tool%trims(size(tool%surfaces)), tool%faces_before(size(tool%surfaces)))
+    allocate (tool%is_cut(tool%n_faces), tool%edges(64), tool%links(0))
+    do s = 1, size(tool%surfaces)
+      associate (surface => tool%surfaces(s))
+        if (allocated(surface%loops)) then
+          call new_trim(tool%trims(s), surface%axes, surface%loops)
+        else
+          call new_trim(tool%trims(s), surface%axes, [rectangle_loop(surface)])
+        end if
+      end associate
+    end do
+  end subroutine set_trims
+
+  !> Edges of a surface and their cells, while the coefficients of its faces are Bezier points.
+  subroutine set_edges(tool, surface, first, last, cells)
+    type(tool_t), intent(inout) :: tool
+    integer, intent(in) :: surface
+    integer, intent(in) :: first, last   !! its faces
+    type(cell_list_t), intent(inout) :: cells
+    real(wp) :: ends(2, 2)
+    integer :: i, n, n_before
+
+    tool%faces_before(surface) = first - 1
+    tool%is_cut(first:last) = tool%trims(surface)%root /= 0
+    n_before = 0
+    if (surface > 1) n_before = findloc(tool%edges%face > 0, .true., 1, back=.true.)
+    n = n_before
+    call cut_edges(tool%surfaces(surface), tool%trims(surface), tool%low(:, first:last), &
+                   tool%high(:, first:last), first - 1, &
+                   0.1_wp*seam_tolerance(tool%search_distance), tool%edges, n)
+    associate (axes => tool%surfaces(surface)%axes)
+      do i = n_before + 1, n
+        associate (edge => tool%edges(i))
+          ends(:, 1) = min(max(curve_point(edge%curve, 0.0_wp), 0.0_wp), 1.0_wp)
+          ends(:, 2) = min(max(curve_point(edge%curve, 1.0_wp), 0.0_wp), 1.0_wp)
+          call append_edge(cells, i, edge%face, &
+                           tool%coefficients(:, :axes(1)%degree + 1, :axes(2)%degree + 1, &
+                                             edge%face), minval(ends, 2), maxval(ends, 2))
+        end associate
+      end do
+    end associate
+    if (surface == size(tool%surfaces)) tool%edges = tool%edges(:n)
+  end subroutine set_edges
+
+  !> A position of the tool near each cell: its middle, or where an edge of its face begins.
+  subroutine set_anchors(tool)
+    type(tool_t), intent(inout) :: tool
+    integer :: edge_of(tool%n_faces), i, face
+    real(wp) :: at(2)
+
+    edge_of = 0
+    do i = 1, size(tool%edges)
+      edge_of(tool%edges(i)%face) = i
+    end do
+    do i = 2, tool%n_faces    ! others of the surface where the face has none
+      if (edge_of(i) == 0 .and. tool%surface_of(i) == tool%surface_of(i - 1)) &
+        edge_of(i) = edge_of(i - 1)
+    end do
+    do i = tool%n_faces - 1, 1, -1
+      if (edge_of(i) == 0 .and. tool%surface_of(i) == tool%surface_of(i + 1)) &
+        edge_of(i) = edge_of(i + 1)
+    end do
+    allocate (tool%anchors(3, size(tool%cells)))
+    do i = 1, size(tool%cells)
+      face = tool%cells(i)%face
+      at = 0.5_wp*(tool%cells(i)%low + tool%cells(i)%high)
+      if (tool%cells(i)%edge > 0 .or. .not. is_inside(tool%trims(tool%surface_of(face)), &
+          face - tool%faces_before(tool%surface_of(face)), at)) then
+        associate (edge => merge(tool%cells(i)%edge, edge_of(face), tool%cells(i)%edge > 0))
+          face = tool%edges(edge)%face
+          at = min(max(curve_point(tool%edges(edge)%curve, 0.0_wp), 0.0_wp), 1.0_wp)
+        end associate
+      end if
+      tool%anchors(:, i) = face_position(tool%coefficients, face, at)
+    end do
+  end subroutine set_anchors
 
   !> Faces across the four edges of each face of a surface, `before` being the number of faces of
   !! the surfaces before it. A surface closed on itself has no edge there.

@@ -17,7 +17,7 @@ module tool_cells
   implicit none
   private
 
-  public :: cell_t, cell_list_t, halve, cut_surface
+  public :: cell_t, cell_list_t, halve, cut_surface, append_edge
 
   integer, parameter :: max_depth = 28             !! halvings of a face, both directions together
   integer, parameter :: max_cells = 4096           !! of one face
@@ -31,6 +31,7 @@ module tool_cells
   type :: cell_t
     integer :: face = 0                            !! face it is a part of, or first of the block
     integer :: n(2) = 1                            !! faces of the block along xi and eta
+    integer :: edge = 0                            !! piece of an edge instead of a part of a face
     integer :: stride = 0                          !! from a face of the block to the next along eta
     real(wp) :: low(2) = 0.0_wp, high(2) = 1.0_wp  !! local coordinates s and t of a part
     logical :: is_gentle = .false.                 !! too flat to have two points closest to a point
@@ -57,6 +58,7 @@ module tool_cells
     integer :: n(2) = 0                            !! faces along xi and eta
     real(wp) :: distance = 0.0_wp                  !! of the search [length]
     logical, allocatable :: is_gentle(:, :)        !! faces, shape (n)
+    logical, allocatable :: is_outside(:)          !! faces beyond a trim; absent: none
     integer, allocatable :: n_breaks(:, :)         !! breaks before each face, along both axes
   end type sheet_t
 
@@ -275,12 +277,13 @@ contains
   end subroutine bound_curvature
 
   !> Append the cells of a surface.
-  pure subroutine cut_surface(cells, before, n, hulls, distance)
+  pure subroutine cut_surface(cells, before, n, hulls, distance, is_outside)
     type(cell_list_t), intent(inout) :: cells
     integer, intent(in) :: before           !! faces of the surfaces before this one
     integer, intent(in) :: n(2)             !! faces along xi and eta
     real(wp), intent(in) :: hulls(:, :, :, :)   !! Bezier points, homogeneous, (4, p1, p2, n faces)
     real(wp), intent(in) :: distance        !! of the search [length]
+    logical, intent(in), optional :: is_outside(:)   !! faces that get no cell, shape (n faces)
     type(sheet_t) :: sheet
     type(contact_territory_t) :: territory
     integer :: i, j, d, face, step(2)
@@ -288,6 +291,7 @@ contains
     sheet%before = before
     sheet%n = n
     sheet%distance = distance
+    if (present(is_outside)) sheet%is_outside = is_outside
     allocate (sheet%is_gentle(n(1), n(2)), sheet%n_breaks(maxval(n), 2))
     do j = 1, n(2)
       do i = 1, n(1)
@@ -318,7 +322,12 @@ contains
     type(cell_t) :: whole
     integer :: middle(2), d, n_left
     real(wp) :: along(3, 2)
+    integer :: i, j
 
+    if (allocated(sheet%is_outside)) then
+      if (all([((sheet%is_outside(i + (j - 1)*sheet%n(1)), i=low(1), high(1)), &
+                j=low(2), high(2))])) return
+    end if
     if (all(low == high)) then
       associate (hull => hulls(:, :, :, low(1) + (low(2) - 1)*sheet%n(1)))
         whole%face = sheet%before + low(1) + (low(2) - 1)*sheet%n(1)
@@ -435,6 +444,39 @@ contains
     end associate
     call append(cells, block)
   end subroutine append_block
+
+  !> Append a cell around a piece of an edge that stays in a rectangle of a face.
+  pure subroutine append_edge(cells, edge, face, hull, low, high)
+    type(cell_list_t), intent(inout) :: cells
+    integer, intent(in) :: edge, face
+    real(wp), intent(in) :: hull(:, :, :)          !! Bezier points of the face, homogeneous
+    real(wp), intent(in) :: low(2), high(2)        !! corners of the rectangle
+    type(cell_t) :: cell
+    real(wp) :: part(size(hull, 1), size(hull, 2), size(hull, 3)), at
+    integer :: k
+
+    cell%edge = edge
+    cell%face = face
+    part = hull
+    associate (n => size(hull, 2), m => size(hull, 3))
+      do k = 1, n - 1
+        part(:, k + 1:, :) = (1.0_wp - high(1))*part(:, k:n - 1, :) + high(1)*part(:, k + 1:, :)
+      end do
+      do k = 1, m - 1
+        part(:, :, k + 1:) = (1.0_wp - high(2))*part(:, :, k:m - 1) + high(2)*part(:, :, k + 1:)
+      end do
+      at = low(1)/max(high(1), tiny(at))
+      do k = 1, n - 1
+        part(:, :n - k, :) = (1.0_wp - at)*part(:, :n - k, :) + at*part(:, 2:n - k + 1, :)
+      end do
+      at = low(2)/max(high(2), tiny(at))
+      do k = 1, m - 1
+        part(:, :, :m - k) = (1.0_wp - at)*part(:, :, :m - k) + at*part(:, :, 2:m - k + 1)
+      end do
+    end associate
+    call enclose(part, cell%territory, cell%box)
+    call append(cells, cell)
+  end subroutine append_edge
 
   !> Whether two faces share their tangent planes along the edge where the first ends along axis `d`
   !! and the second begins: legs across it have one direction and are in one ratio.

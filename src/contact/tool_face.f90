@@ -8,7 +8,7 @@ module tool_face
   implicit none
   private
 
-  public :: separation_t, face_position, face_derivatives, separation, unit_normal
+  public :: separation_t, face_position, face_derivatives, separation, unit_normal, safe_normal
 
   !> What the local search needs to know about a point x and a position on a face, r = x - S.
   type :: separation_t
@@ -121,5 +121,21 @@ contains
       normal = 0.0_wp
     end if
   end function unit_normal
+
+  !> Unit normal, taken a little inside the face where an edge has shrunk to a point.
+  pure function safe_normal(faces, face, at) result(normal)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)   !! power form, (4, n1, n2, n faces)
+    integer, intent(in) :: face
+    real(wp), intent(in) :: at(2)
+    real(wp), parameter :: inside = 1.0e-5_wp, origin(3) = 0.0_wp
+    real(wp) :: normal(3)
+    type(separation_t) :: here
+
+    here = separation(faces, face, at, origin)
+    normal = unit_normal(here%d1)
+    if (norm2(normal) > 0.5_wp) return
+    here = separation(faces, face, at + inside*(0.5_wp - at), origin)
+    normal = unit_normal(here%d1)
+  end function safe_normal
 
 end module tool_face

@@ -4,7 +4,9 @@
 !! territories (46), (47) leave the few that matter, and Newton (48) to (53) starts from these.
 module tool_search
   use kinds, only: wp
-  use tool, only: tool_t
+  use tool, only: tool_t, seam_tolerance
+  use tool_edges, only: nearest_on_edge, evaluate_edge
+  use edge_contact, only: is_on_tool, is_lowest
   use tool_face, only: face_position
   use tool_cells, only: cell_t
   use contact_territory, only: is_in_territory, distance_bound, relative_position
@@ -64,10 +66,16 @@ contains
     integer, allocatable :: near(:)
     real(wp), allocatable :: bounds(:)   ! cells may be too many for a stack
     real(wp) :: enough
+    integer :: leaf
 
-    associate (cell => tool%cells(nearest_leaf(tool%tree, x)))
-      enough = norm2(x - face_position(tool%coefficients, cell%face, &
-                                       0.5_wp*(cell%low + cell%high)))
+    leaf = nearest_leaf(tool%tree, x)
+    associate (cell => tool%cells(leaf))
+      if (tool%is_trimmed) then
+        enough = norm2(x - tool%anchors(:, leaf))
+      else
+        enough = norm2(x - face_position(tool%coefficients, cell%face, &
+                                         0.5_wp*(cell%low + cell%high)))
+      end if
     end associate
     call collect_leaves(tool%tree, x, slack*enough + round_off*tool%scale, near)
     allocate (bounds(size(near)))
@@ -97,7 +105,9 @@ contains
       i = minloc(bounds(:n_left), 1)
       if (bounds(i) > hit%distance + margin) exit
       associate (cell => tool%cells(order(i)))
-        if (is_corner_start) then
+        if (cell%edge > 0) then
+          call try_edge(tool, x, cell%edge, n_iterations, hit)
+        else if (is_corner_start) then
           call try(tool, x, cell%face, cell%low, n_iterations, hit, leaving)
         else if (cell%is_gentle) then
           call start_in(tool, cell, x, face, at)
@@ -144,9 +154,38 @@ contains
     if (trial%is_leaving) then
       if (trial%distance < leaving%distance) leaving = trial
     else if (trial%is_converged) then
-      call take_nearer(tool, trial, hit)
+      if (is_on_tool(tool, trial%face, trial%at)) then
+        call take_nearer(tool, trial, hit)
+      else
+        hit%is_converged = .true.    ! it has not failed: its surface ends before
+      end if
     end if
   end subroutine try
+
+  !> The nearest position on a piece of an edge, unless there are nearer ones around it.
+  pure subroutine try_edge(tool, x, edge, n_iterations, hit)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: edge
+    integer, intent(inout) :: n_iterations
+    type(hit_t), intent(inout) :: hit
+    type(hit_t) :: trial
+    real(wp) :: along, point(3), tangent(3), second(3)
+
+    call nearest_on_edge(tool%coefficients, tool%edges(edge), x, along, n_iterations)
+    if (is_lowest(tool, edge, along, x)) then
+      call evaluate_edge(tool%coefficients, tool%edges(edge), along, point, tangent, second, &
+                         trial%at)
+      trial%face = tool%edges(edge)%face
+      trial%edge = edge
+      trial%along = along
+      trial%distance = norm2(x - point)
+      trial%is_converged = .true.
+      call take_nearer(tool, trial, hit)
+    else if (hit%face == 0) then
+      hit%is_converged = .true.
+    end if
+  end subroutine try_edge
 
   !> Local searches from all points of a net over a cell that are nearer than their neighbours; in a
   !! wild cell from all whose mesh may hold a nearer point than found so far.
@@ -217,6 +256,9 @@ contains
     between = norm2(face_position(tool%coefficients, other%face, other%at) &
                     - face_position(tool%coefficients, hit%face, hit%at))
     hit%rival = rival
+    ! Both edges of a gap are one place.
+    if (hit%edge > 0 .and. other%edge > 0) &
+      between = between - seam_tolerance(tool%search_distance)
     if (between > same_point*tool%scale) hit%rival = min(rival, other%distance)
   end subroutine take_nearer
 
