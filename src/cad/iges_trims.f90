@@ -1,6 +1,6 @@
-!> Trimmed surfaces of an IGES file (144): a rational B-spline surface (128) with loops, each a
-!! curve on a surface (142) whose curve in the parameter plane is a rational B-spline curve (126), line
-!! (110), circular arc (100) or composite curve (102) of these.
+!> Trimmed surfaces of an IGES file (144): a rational B-spline surface (128) with loops. Each is a
+!! curve on a surface (142) whose curve in the parameter plane is a rational B-spline curve (126),
+!! line (110), circular arc (100) or composite curve (102) of these.
 module iges_trims
   use kinds, only: wp
   use failure, only: error_t

@@ -4,6 +4,9 @@ module tool_points
   use tool, only: tool_t
   use tool_face, only: face_derivatives, face_position, unit_normal
   use closest_point, only: hit_t, is_beside
+  use tool_edges, only: evaluate_edge
+  use edge_contact, only: is_on_tool
+  use linear_algebra, only: cross
   use tool_search, only: search_all_faces
   implicit none
   private
@@ -30,6 +33,7 @@ contains
     integer, allocatable :: faces(:)
     real(wp) :: bounds(2, 2, tool%n_faces)
     logical :: is_in(tool%n_faces)
+    real(wp) :: at(2)
     integer :: every, per_side, n, f, i, j
 
     bounds(:, 1, :) = 0.0_wp
@@ -41,6 +45,7 @@ contains
       end do
     end if
     faces = pack([(f, f=1, tool%n_faces)], is_in)
+    if (tool%is_trimmed) faces = pack(faces, [(any_inside(tool, faces(f)), f=1, size(faces))])
     every = max(1, (size(faces) + most_points - 1)/most_points)
     faces = faces(::every)
     per_side = max(1, int(sqrt(real(most_points, wp)/max(1, size(faces)))))
@@ -51,12 +56,14 @@ contains
         do j = 1, per_side
           do i = 1, per_side
             n = n + 1
-            points(n) = point_of(tool, faces(f), &
-                                 low + (high - low)*[i - 0.5_wp, j - 0.5_wp]/per_side)
+            at = low + (high - low)*[i - 0.5_wp, j - 0.5_wp]/per_side
+            points(n) = point_of(tool, faces(f), at)
+            if (.not. is_on_tool(tool, faces(f), at)) n = n - 1
           end do
         end do
       end associate
     end do
+    points = points(:n)
   end function inner_points
 
   !> Part of a face, in local coordinates, outside of which no point lies in the box; it may be
@@ -99,6 +106,16 @@ contains
     end do
   end subroutine find_part
 
+  !> Whether something of a face of a trimmed tool counts.
+  pure logical function any_inside(tool, face)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face
+
+    associate (s => tool%surface_of(face))
+      any_inside = tool%trims(s)%root(face - tool%faces_before(s)) >= 0
+    end associate
+  end function any_inside
+
   !> Points of the edges beyond which the tool has no face, of every n-th edge if these are many.
   pure function border_points(tool) result(points)
     type(tool_t), intent(in) :: tool
@@ -106,6 +123,10 @@ contains
     real(wp) :: at(2)
     integer :: n, every, f, e, i, d
 
+    if (tool%is_trimmed) then
+      points = free_edge_points(tool)
+      return
+    end if
     n = count(tool%neighbours == 0)
     every = (per_edge*n + most_points - 1)/most_points
     if (n == 0) every = 1
@@ -126,6 +147,34 @@ contains
     end do
     points = pack(points, lengths_of(points) > 0.0_wp)
   end function border_points
+
+  !> Points of the edges of a trimmed tool that lie on no other one.
+  pure function free_edge_points(tool) result(points)
+    type(tool_t), intent(in) :: tool
+    type(tool_point_t), allocatable :: points(:)
+    real(wp) :: x(3), tangent(3), second(3), at(2)
+    integer :: every, e, n, i
+
+    n = count(tool%edges%first_link == 0)
+    every = max(1, (per_edge*n + most_points - 1)/most_points)
+    allocate (points(0))
+    n = 0
+    do e = 1, size(tool%edges)
+      if (tool%edges(e)%first_link /= 0) cycle
+      n = n + 1
+      if (mod(n, every) /= 0) cycle
+      do i = 1, per_edge
+        call evaluate_edge(tool%coefficients, tool%edges(e), (i - 0.5_wp)/per_edge, x, tangent, &
+                           second, at)
+        points = [points, point_of(tool, tool%edges(e)%face, at)]
+        associate (point => points(size(points)))
+          if (norm2(tangent) > 0.0_wp) &
+            point%outward = cross(tangent/norm2(tangent), tool%side*point%normal)
+        end associate
+      end do
+    end do
+    points = pack(points, lengths_of(points) > 0.0_wp)
+  end function free_edge_points
 
   pure function lengths_of(points) result(length)
     type(tool_point_t), intent(in) :: points(:)

@@ -9,6 +9,7 @@ module hull_hierarchy
   use nurbs_surface, only: nurbs_surface_t
   use bezier, only: bezier_face_t, bezier_faces, bezier_points
   use contact_territory, only: contact_territory_t, new_territory
+  use surface_trim, only: trim_t, new_trim, is_inside, is_outside
   use tool_cells, only: halve
   implicit none
   private
@@ -32,6 +33,8 @@ module hull_hierarchy
     real(wp) :: size(2) = 0.0_wp              !! longest lines of points along xi and eta
     real(wp) :: bend(2) = 0.0_wp              !! largest sagitta of these lines, or twist
     integer :: halves(2, 2) = 0               !! nodes of both halves, divided across xi and eta
+    logical :: is_outside = .false.           !! nothing of it is within the trim of its surface
+    logical :: has_corner(4) = .true.         !! corners that are
   end type hull_node_t
 
   !> Surfaces with their nodes, the first of which are the surfaces as a whole.
@@ -39,6 +42,7 @@ module hull_hierarchy
     type(nurbs_surface_t), allocatable :: surfaces(:)
     type(bezier_face_t), allocatable :: faces(:)   !! of all surfaces, xi first
     integer, allocatable :: first(:)          !! faces before those of a surface
+    type(trim_t), allocatable :: trims(:)     !! of the surfaces; empty for those without
     integer :: n = 0
     type(hull_node_t), allocatable :: nodes(:)
   end type hull_hierarchy_t
@@ -54,9 +58,11 @@ contains
     tree%surfaces = surfaces
     n = [(n_spans(surfaces(s)%axes(1))*n_spans(surfaces(s)%axes(2)), s=1, size(surfaces))]
     tree%first = [(sum(n(:s - 1)), s=1, size(surfaces))]
-    allocate (tree%faces(sum(n)))
+    allocate (tree%faces(sum(n)), tree%trims(size(surfaces)))
     do s = 1, size(surfaces)
       tree%faces(tree%first(s) + 1:tree%first(s) + n(s)) = bezier_faces(surfaces(s))
+      if (allocated(surfaces(s)%loops)) &
+        call new_trim(tree%trims(s), surfaces(s)%axes, surfaces(s)%loops)
     end do
     call clear(tree)
   end subroutine new_hull_hierarchy
@@ -147,6 +153,7 @@ contains
       end do
     end if
     call enclose(node, net)
+    if (allocated(tree%surfaces(node%surface)%loops)) call note_trim(tree, node)
     if (tree%n == size(tree%nodes)) then
       allocate (longer(2*tree%n))
       do c = 1, tree%n
@@ -157,6 +164,45 @@ contains
     tree%n = tree%n + 1
     tree%nodes(tree%n) = node
   end subroutine add_node
+
+  !> What of a node is within the trim of its surface.
+  pure subroutine note_trim(tree, node)
+    type(hull_hierarchy_t), intent(in) :: tree
+    type(hull_node_t), intent(inout) :: node
+    real(wp) :: part(2, 2), at(2)
+    integer :: face(2), i, j, k
+
+    associate (trim => tree%trims(node%surface))
+      node%is_outside = .true.
+      do j = node%low(2), node%high(2)
+        do i = node%low(1), node%high(1)
+          if (.not. node%is_outside) exit
+          part = local_part(tree, node, [i, j])
+          node%is_outside = is_outside(trim, i + (j - 1)*trim%n(1), part(:, 1), part(:, 2))
+        end do
+      end do
+      do k = 1, 4
+        face = merge(node%high, node%low, [mod(k, 2) == 0, k > 2])
+        part = local_part(tree, node, face)
+        at = merge(part(:, 2), part(:, 1), [mod(k, 2) == 0, k > 2])
+        node%has_corner(k) = is_inside(trim, face(1) + (face(2) - 1)*trim%n(1), at)
+      end do
+    end associate
+  end subroutine note_trim
+
+  !> Range of a face that belongs to a node, in local coordinates.
+  pure function local_part(tree, node, face) result(part)
+    type(hull_hierarchy_t), intent(in) :: tree
+    type(hull_node_t), intent(in) :: node
+    integer, intent(in) :: face(2)             !! along xi and eta
+    real(wp) :: part(2, 2)                     !! begin and end
+
+    associate (own => tree%faces(tree%first(node%surface) + face(1) + (face(2) - 1) &
+                                 *tree%trims(node%surface)%n(1)))
+      part(:, 1) = max(0.0_wp, (node%from - own%low)/(own%high - own%low))
+      part(:, 2) = min(1.0_wp, (node%to - own%low)/(own%high - own%low))
+    end associate
+  end function local_part
 
   !> Points, boxes and lengths of a node from the net of its control points. Of a range, the points
   !! are the corners of a box along the directions of the net. A twist out of the plane is a bend

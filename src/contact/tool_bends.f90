@@ -3,6 +3,7 @@ module tool_bends
   use kinds, only: wp
   use linear_algebra, only: cross
   use tool, only: tool_t
+  use edge_contact, only: is_on_tool
   use tool_face, only: face_derivatives, unit_normal
   use tool_seams, only: edge_position
   implicit none
@@ -60,6 +61,7 @@ contains
       do j = 1, n_along(2)
         do i = 1, n_along(1)
           at = inset + (1 - 2*inset)*[i - 1, j - 1]/(n_along - 1)
+          if (.not. is_on_tool(tool, face, at)) cycle
           bend = bend_at(tool, face, at)
           call append(bend)
         end do
@@ -67,6 +69,8 @@ contains
       do edge = 1, 4
         if (tool%neighbours(edge, face) == 0) cycle
         do i = 1, n_along(merge(2, 1, edge <= 2))
+          at = edge_position(edge, (i - 0.5_wp)/n_along(merge(2, 1, edge <= 2)))
+          if (.not. is_on_tool(tool, face, at)) cycle
           bend = bend_across(tool, face, edge, (i - 0.5_wp)/n_along(merge(2, 1, edge <= 2)))
           call append(bend)
         end do

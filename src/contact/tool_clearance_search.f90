@@ -108,7 +108,7 @@ contains
       end if
       if (is_done) exit
       call take_first(search, pair)
-      call halve_pair(search, pair)
+      call halve_pair(search, tool, pair)
       n_halvings = n_halvings + 1
     end do
     nearest = search%nearest
@@ -143,11 +143,37 @@ contains
     end if
     search%nearest = huge(1.0_wp)
     search%is_exact = .false.
-    if (search%surface == 0) return
+    if (search%surface == 0) then
+      ! The corners of a trimmed tool may all lie beyond its trims.
+      if (tool%is_trimmed) call try_middle(search, tool, 1)
+      return
+    end if
     call evaluate_surface(search%sheet%surfaces(search%surface), search%at, x)
     call search_all_faces(tool, x - shift, hit)
     search%nearest = hit%distance
   end subroutine begin_search
+
+  !> Take the middle of a node of the sheet if the tool is nearer to it than what is known.
+  subroutine try_middle(search, tool, node)
+    type(clearance_search_t), intent(inout) :: search
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: node
+    type(hit_t) :: hit
+    real(wp) :: x(3), at(2)
+
+    associate (a => search%sheet%nodes(node))
+      at = 0.5_wp*(a%from + a%to)
+      call evaluate_surface(search%sheet%surfaces(a%surface), at, x)
+      call search_all_faces(tool, x - search%shift, hit)
+      if (hit%distance >= search%nearest) return
+      search%nearest = hit%distance
+      search%is_exact = .false.
+      search%surface = a%surface
+      search%at = at
+      search%step = 0.5_wp*(a%to - a%from)
+      if (hit%distance > search%tolerance) search%across = sign(1.0_wp, hit%gap)*hit%normal
+    end associate
+  end subroutine try_middle
 
   !> Pairs no nearer than this do not matter.
   pure real(wp) function enough_of(search) result(enough)
@@ -159,8 +185,9 @@ contains
 
   !> Both halves of a pair: of the side and the direction that bends most, else that rises most
   !! along the vector of the bound.
-  subroutine halve_pair(search, pair)
+  subroutine halve_pair(search, tool, pair)
     type(clearance_search_t), intent(inout) :: search
+    type(tool_t), intent(in) :: tool
     type(pair_t), intent(in) :: pair
     type(pair_t) :: half
     real(wp) :: gains(2, 2), slack     ! gains by direction, of the sheet and of the tool
@@ -169,7 +196,10 @@ contains
     slack = search%nearest - enough_of(search)
     associate (a => search%sheet%nodes(pair%nodes(1)), b => search%tool%nodes(pair%nodes(2)))
       ! So small that its corners, which are no nearer than what is known, are enough.
-      if (2*(sum(a%size) + sum(b%size)) <= slack) return
+      if (2*(sum(a%size) + sum(b%size)) <= slack) then
+        if (.not. all(b%has_corner)) call try_middle(search, tool, pair%nodes(1))
+        return
+      end if
       ! Hulls of bent parts overlap, which hides where the parts are apart.
       gains = reshape([a%bend, b%bend], [2, 2])
       if (maxval(gains) <= bent*slack) &
@@ -192,6 +222,7 @@ contains
     type(pair_t), intent(in) :: pair
     real(wp) :: bound, across(3), enough
 
+    if (search%tool%nodes(pair%nodes(2))%is_outside) return
     call check_corners(search, pair)
     enough = enough_of(search)
     associate (a => search%sheet%nodes(pair%nodes(1)), b => search%tool%nodes(pair%nodes(2)))
@@ -262,6 +293,7 @@ contains
 
     associate (a => search%sheet%nodes(pair%nodes(1)), b => search%tool%nodes(pair%nodes(2)))
       do j = 1, 4
+        if (.not. b%has_corner(j)) cycle
         do i = 1, 4
           apart = a%corners(:, i) - b%corners(:, j) - search%shift
           if (norm2(apart) >= search%nearest) cycle

@@ -20,6 +20,7 @@ module tool_keywords
                           resolve_option, deck_names_t, resolve, field_vector
   use patch_keywords, only: check_parts, read_axes, read_points, refine
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
+  use surface_trim, only: trim_t, new_trim, is_inside, place_in_spans
   use surface_offset, only: samples_along, offset_surface, offset_report_t
   use tool, only: tool_t, new_tool
   use tool_search, only: search_all_faces
@@ -462,16 +463,22 @@ contains
     type(tool_t) :: tool
     type(hit_t) :: hit
     real(wp), allocatable :: xi(:), eta(:)
-    real(wp) :: x(3)
-    integer :: s, i, j
+    type(trim_t) :: trim
+    real(wp) :: x(3), at(2)
+    integer :: s, i, j, span
 
     call new_tool(tool, name, given, 1, abs(distance), error)
     if (allocated(error)) return
     do s = 1, size(offsets)
       xi = samples_along(offsets(s), 1, 2, end_inset)
       eta = samples_along(offsets(s), 2, 2, end_inset)
+      if (allocated(offsets(s)%loops)) call new_trim(trim, offsets(s)%axes, offsets(s)%loops)
       do j = 1, size(eta)
         do i = 1, size(xi)
+          if (allocated(offsets(s)%loops)) then
+            call place_in_spans(offsets(s)%axes, [xi(i), eta(j)], span, at)
+            if (.not. is_inside(trim, span, at)) cycle
+          end if
           call evaluate_surface(offsets(s), [xi(i), eta(j)], x)
           call search_all_faces(tool, x, hit)
           report%error = max(report%error, abs(hit%distance - abs(distance)))

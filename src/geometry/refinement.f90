@@ -54,7 +54,7 @@ module refinement
 
 contains
 
-  subroutine insert_into_surface(surface, axis, new_knots, error)
+  pure subroutine insert_into_surface(surface, axis, new_knots, error)
     type(nurbs_surface_t), intent(inout) :: surface
     integer, intent(in) :: axis   !! 1 or 2
     real(wp), intent(in) :: new_knots(:)
@@ -66,7 +66,7 @@ contains
     if (.not. allocated(error)) call take_layer(layer, surface)
   end subroutine insert_into_surface
 
-  subroutine insert_into_solid(solid, axis, new_knots, error)
+  pure subroutine insert_into_solid(solid, axis, new_knots, error)
     type(nurbs_solid_t), intent(inout) :: solid
     integer, intent(in) :: axis   !! 1, 2 or 3
     real(wp), intent(in) :: new_knots(:)
@@ -189,7 +189,7 @@ contains
   end function dividing_knots
 
   !> Insert a knot or the old one next to it, if that is possible.
-  subroutine insert_one_knot(curves, new_knot, error)
+  pure subroutine insert_one_knot(curves, new_knot, error)
     type(curves_t), intent(inout) :: curves
     real(wp), intent(in) :: new_knot
     type(error_t), allocatable, intent(out) :: error

@@ -14,7 +14,7 @@ module surface_trim
   implicit none
   private
 
-  public :: trim_t, trim_piece_t, new_trim, is_inside, place_in_spans
+  public :: trim_t, trim_piece_t, new_trim, is_inside, is_outside, place_in_spans
 
   integer, parameter :: most_pieces = 3       !! of a leaf that is not quartered
   integer, parameter :: deepest = 14          !! quarterings of a span
@@ -109,6 +109,22 @@ contains
       end do
     end associate
   end function is_inside
+
+  !> Whether nothing of a rectangle in a span counts.
+  pure logical function is_outside(trim, span, low, high)
+    type(trim_t), intent(in) :: trim
+    integer, intent(in) :: span                 !! axis 1 fastest
+    real(wp), intent(in) :: low(2), high(2)     !! local coordinates from 0 to 1
+    integer :: i
+
+    is_outside = trim%root(span) < 0
+    if (trim%root(span) <= 0) return
+    do i = 1, size(trim%pieces)
+      if (trim%pieces(i)%span /= span) cycle
+      if (all(trim%pieces(i)%low <= high .and. trim%pieces(i)%high >= low)) return
+    end do
+    is_outside = .not. is_inside(trim, span, 0.5_wp*(low + high))
+  end function is_outside
 
   !> Span and local coordinates of a position.
   pure subroutine place_in_spans(axes, xi, span, at)

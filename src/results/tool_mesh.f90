@@ -2,13 +2,16 @@
 !!
 !! One exact cell per element, but Lagrange cells of an eighth of a right angle along directions in
 !! which the weights vary: a circle of degree 2 is then met within 1e-4 of its radius, on any number
-!! of elements.
+!! of elements. Trimmed surfaces are shown by small cells whose middle is within the trim.
 module tool_mesh
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
   use surface_grid, only: parts_along, turns_along
+  use refinement, only: insert_knots, dividing_knots
+  use surface_trim, only: trim_t, new_trim, is_inside, place_in_spans
+  use failure, only: error_t
   use line_operator, only: apply_tensor, basis_operator, equal_positions, joined_bezier_operator, &
                            joined_positions, line_operator_t
   use vtkhdf, only: cells_on_grid
@@ -19,6 +22,7 @@ module tool_mesh
 
   integer, parameter :: n_rational_parts = 8   !! Lagrange cells of a right angle
   real(wp), parameter :: even_weights = 2.1_wp   !! ratio of neighbours: arcs of up to 120 degrees
+  integer, parameter :: trimmed_cells = 12     !! least along each direction of a trimmed surface
   integer, parameter :: most_cells = 50000     !! of a surface, unless its elements are more
 
   !> Cells of one surface.
@@ -32,14 +36,16 @@ module tool_mesh
 contains
 
   !> Cells of a surface.
-  pure function new_surface_mesh(surface, is_bezier, length) result(mesh)
-    type(nurbs_surface_t), intent(in) :: surface
+  pure function new_surface_mesh(given, is_bezier, length) result(mesh)
+    type(nurbs_surface_t), intent(in) :: given
     logical, intent(in) :: is_bezier
     real(wp), intent(in) :: length        !! of a Lagrange cell at most [length]
     type(surface_mesh_t) :: mesh
+    type(nurbs_surface_t) :: surface
     type(line_operator_t) :: basis(2)
     integer :: degree, n_parts(2), d, i
 
+    surface = with_small_cells(given, length)
     degree = maxval(surface%axes%degree)
     n_parts = parts_of(surface, is_bezier, length)
     do d = 1, 2
@@ -61,16 +67,61 @@ contains
     if (.not. is_bezier) mesh%weights = 1.0_wp
     mesh%connectivity = cells_on_grid(degree, n_parts*[n_spans(surface%axes(1)), &
                                                                 n_spans(surface%axes(2))], 0_int64)
+    if (allocated(given%loops)) call drop_cells(given, degree, mesh)
   end function new_surface_mesh
+
+  !> A trimmed surface on more knots, for cells of half the length.
+  pure function with_small_cells(surface, length) result(refined)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: length
+    type(nurbs_surface_t) :: refined
+    type(error_t), allocatable :: error
+    integer :: d, n, n_parts(2)
+
+    refined = surface
+    if (.not. allocated(surface%loops)) return
+    n_parts = parts_along(surface, 0.5_wp*length)
+    do d = 1, 2
+      n = n_spans(surface%axes(d))
+      n_parts(d) = max(n_parts(d), (trimmed_cells + n - 1)/n)
+      ! Cannot fail: these knots are new ones within their spans.
+      call insert_knots(refined, d, dividing_knots(surface%axes(d), n_parts(d)), error)
+    end do
+  end function with_small_cells
+
+  !> Leave the cells out whose middle is beyond the trim.
+  pure subroutine drop_cells(surface, degree, mesh)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: degree
+    type(surface_mesh_t), intent(inout) :: mesh
+    type(trim_t) :: trim
+    logical, allocatable :: is_shown(:)
+    real(wp) :: at(2)
+    integer :: i, j, k, n, span
+
+    call new_trim(trim, surface%axes, surface%loops)
+    n = (size(mesh%xi) - 1)/degree
+    allocate (is_shown(size(mesh%connectivity, 2)))
+    do k = 1, size(is_shown)
+      i = mod(k - 1, n)*degree + 1
+      j = (k - 1)/n*degree + 1
+      call place_in_spans(surface%axes, 0.5_wp*[mesh%xi(i) + mesh%xi(i + degree), &
+                                                mesh%eta(j) + mesh%eta(j + degree)], span, at)
+      is_shown(k) = is_inside(trim, span, at)
+    end do
+    mesh%connectivity = mesh%connectivity(:, pack([(k, k=1, size(is_shown))], is_shown))
+  end subroutine drop_cells
 
   !> Points of the mesh that `new_surface_mesh` makes.
   pure integer function n_mesh_points(surface, is_bezier, length) result(n)
     type(nurbs_surface_t), intent(in) :: surface
     logical, intent(in) :: is_bezier
     real(wp), intent(in) :: length        !! of a Lagrange cell at most [length]
+    type(nurbs_surface_t) :: fine
 
-    n = product(maxval(surface%axes%degree)*parts_of(surface, is_bezier, length) &
-                *[n_spans(surface%axes(1)), n_spans(surface%axes(2))] + 1)
+    fine = with_small_cells(surface, length)
+    n = product(maxval(fine%axes%degree)*parts_of(fine, is_bezier, length) &
+                *[n_spans(fine%axes(1)), n_spans(fine%axes(2))] + 1)
   end function n_mesh_points
 
   !> Cells of an element in each direction.

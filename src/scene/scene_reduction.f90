@@ -98,7 +98,9 @@ contains
     slack = tolerance*(range(2) - range(1))
     do s = 1, size(tool%surfaces)
       associate (surface => tool%surfaces(s))
-        if (.not. is_extruded_surface(surface, component)) then
+        if (allocated(surface%loops)) then
+          reason = "tool '"//tool%name//"' is trimmed"
+        else if (.not. is_extruded_surface(surface, component)) then
           reason = "tool '"//tool%name//"' is not extruded along "//axis_name(component)
         else if (minval(surface%points(:, :, component)) > range(1) + slack .or. &
                  maxval(surface%points(:, :, component)) < range(2) - slack) then
@@ -270,6 +272,10 @@ contains
       associate (tool => scene%tools(i))
         if (moves_along(scene, i, component)) reason = "tool '"//tool%name//"' moves across it"
         do s = 1, size(tool%surfaces)
+          if (allocated(tool%surfaces(s)%loops)) then
+            reason = "tool '"//tool%name//"' is trimmed"
+            cycle
+          end if
           if (.not. has_picture(tool, tool%surfaces(s), component, middle)) &
             reason = "tool '"//tool%name//"' is not"
         end do
