@@ -54,7 +54,8 @@ contains
                        "a surface without folds; an offset must stay below the smallest radius")
       exit
     end do
-    if (size(tool%surfaces) == 1) return
+    ! Edges of trimmed surfaces were matched piece by piece; the log tells how wide their gaps are.
+    if (size(tool%surfaces) == 1 .or. tool%is_trimmed) return
     call find_misfits(tool, thickness, gap, overlap)
     if (gap%size > 0.0_wp) call add_warning(errors, origin, "a gap of "// &
       rounded_text(gap%size)//" between two surfaces of the tool '"//tool%name//"' at "// &

@@ -8,7 +8,7 @@ module tool_edges
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use trim_curve, only: trim_curve_t, evaluate_curve, curve_point, part_of_curve
   use surface_trim, only: trim_t
-  use tool_face, only: face_position, face_derivatives
+  use tool_face, only: face_position, face_derivatives, safe_normal
   implicit none
   private
 
@@ -26,6 +26,7 @@ module tool_edges
     integer :: before = 0, next = 0               !! pieces of the loop
     integer :: first_link = 0                     !! to other edges, 0: none
     logical :: is_short = .false.                 !! too short to tell what lies beyond
+    logical :: is_smooth = .false.                !! a tool goes on beyond it without a break
     type(trim_curve_t) :: curve
     real(wp) :: box(3, 2) = 0.0_wp                !! around its samples, amply [length]
   end type tool_edge_t
@@ -223,7 +224,44 @@ contains
       if (k < n) links(k)%is_last = owner(order(k + 1)) /= i
       if (edges(i)%first_link == 0) edges(i)%first_link = k
     end do
+    do i = 1, size(edges)
+      edges(i)%is_smooth = is_smooth(faces, edges, links, i)
+    end do
   end subroutine link_edges
+
+  !> Whether normals agree across a piece: at its ends and between.
+  pure logical function is_smooth(faces, edges, links, edge)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)
+    type(tool_edge_t), intent(in) :: edges(:)
+    type(edge_link_t), intent(in) :: links(:)
+    integer, intent(in) :: edge
+    real(wp), parameter :: break = 2.0e-3_wp      ! angle that is none [rad]
+    real(wp) :: along, there, normals(3, 2)
+    integer :: k, other
+
+    is_smooth = .false.
+    do k = 0, n_samples
+      along = real(k, wp)/n_samples
+      call place_across(faces, edges, links, edge, along, other, there)
+      if (other == 0) return
+      normals(:, 1) = normal_at(edges(edge), along)
+      normals(:, 2) = normal_at(edges(other), there)
+      if (norm2(normals(:, 1) - normals(:, 2)) > break) return
+    end do
+    is_smooth = .true.
+
+  contains
+
+    pure function normal_at(piece, at) result(normal)
+      type(tool_edge_t), intent(in) :: piece
+      real(wp), intent(in) :: at
+      real(wp) :: normal(3)
+
+      normal = safe_normal(faces, piece%face, min(max(curve_point(piece%curve, at), 0.0_wp), &
+                                                  1.0_wp))
+    end function normal_at
+
+  end function is_smooth
 
   !> Boxes around pieces, and which are too short.
   pure subroutine enclose_edges(faces, tolerance, edges)

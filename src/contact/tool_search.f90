@@ -93,10 +93,13 @@ contains
     real(wp), intent(inout), contiguous :: bounds(:)   !! room for as many
     type(hit_t), intent(out) :: hit
     type(hit_t) :: leaving
-    real(wp) :: at(2)
-    integer :: i, n, n_left, n_iterations, face
+    real(wp) :: at(2), lost
+    integer :: i, n, n_left, n_tried, n_iterations, face
 
     n_left = size(order)
+    lost = huge(1.0_wp)
+    if (tool%is_trimmed) call put_smooth_last(tool, order, n_left)
+    n_tried = n_left
     do i = 1, n_left
       bounds(i) = distance_bound(tool%cells(order(i))%territory, x)
     end do
@@ -106,14 +109,14 @@ contains
       if (bounds(i) > hit%distance + margin) exit
       associate (cell => tool%cells(order(i)))
         if (cell%edge > 0) then
-          call try_edge(tool, x, cell%edge, n_iterations, hit)
+          call try_edge(tool, x, cell%edge, margin, n_iterations, hit)
         else if (is_corner_start) then
-          call try(tool, x, cell%face, cell%low, n_iterations, hit, leaving)
+          call try(tool, x, cell%face, cell%low, n_iterations, hit, leaving, lost)
         else if (cell%is_gentle) then
           call start_in(tool, cell, x, face, at)
-          call try(tool, x, face, at, n_iterations, hit, leaving, cell)
+          call try(tool, x, face, at, n_iterations, hit, leaving, lost, cell)
         else
-          call try_net(tool, x, cell, n_iterations, hit, leaving)
+          call try_net(tool, x, cell, n_iterations, hit, leaving, lost)
         end if
       end associate
       bounds(i) = bounds(n_left)
@@ -129,8 +132,15 @@ contains
     end do
     ! A search that was stopped at the edge of its cell came lower than all others: continue from
     ! there.
+    lost = min(lost, leaving%distance)
     if (leaving%distance < hit%distance) &
-      call try(tool, x, leaving%face, leaving%at, n_iterations, hit, leaving)
+      call try(tool, x, leaving%face, leaving%at, n_iterations, hit, leaving, lost)
+    if (n_tried == 0 .or. lost < hit%distance - same_point*tool%scale) then
+      do i = n_tried + 1, size(order)
+        if (distance_bound(tool%cells(order(i))%territory, x) > hit%distance) cycle
+        call try_edge(tool, x, tool%cells(order(i))%edge, 0.0_wp, n_iterations, hit)
+      end do
+    end if
     if (hit%face /= 0) call finish(tool, x, hit)
     hit%n_iterations = n_iterations
   end subroutine search_cells
@@ -138,12 +148,13 @@ contains
   !> Local search from a position, within a cell if one is given. Where it stops at the edge of the
   !! cell's faces with lower ground beyond there is no closest point on them, and the neighbour will
   !! be searched; the lowest such position is kept.
-  pure subroutine try(tool, x, face, at, n_iterations, hit, leaving, cell)
+  pure subroutine try(tool, x, face, at, n_iterations, hit, leaving, lost, cell)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3), at(2)
     integer, intent(in) :: face
     integer, intent(inout) :: n_iterations
     type(hit_t), intent(inout) :: hit, leaving
+    real(wp), intent(inout) :: lost             !! least distance to where no hit came of a search
     type(cell_t), intent(in), optional :: cell
     type(hit_t) :: trial
 
@@ -158,28 +169,55 @@ contains
         call take_nearer(tool, trial, hit)
       else
         hit%is_converged = .true.    ! it has not failed: its surface ends before
+        lost = min(lost, trial%distance)
       end if
+    else
+      lost = min(lost, trial%distance)
     end if
   end subroutine try
 
+  !> Put pieces of edges across which the tool goes on smoothly behind all other cells. They are
+  !! nearest only where the search of the surfaces on both sides ends beyond the trim.
+  pure subroutine put_smooth_last(tool, order, n)
+    type(tool_t), intent(in) :: tool
+    integer, intent(inout) :: order(:)
+    integer, intent(inout) :: n          !! cells, then those before
+    integer :: i, last
+
+    i = 1
+    do while (i <= n)
+      if (tool%cells(order(i))%edge > 0) then
+        if (tool%edges(tool%cells(order(i))%edge)%is_smooth) then
+          last = order(n)
+          order(n) = order(i)
+          order(i) = last
+          n = n - 1
+          cycle
+        end if
+      end if
+      i = i + 1
+    end do
+  end subroutine put_smooth_last
+
   !> The nearest position on a piece of an edge, unless there are nearer ones around it.
-  pure subroutine try_edge(tool, x, edge, n_iterations, hit)
+  pure subroutine try_edge(tool, x, edge, margin, n_iterations, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     integer, intent(in) :: edge
+    real(wp), intent(in) :: margin              !! how much farther rivals matter [length]
     integer, intent(inout) :: n_iterations
     type(hit_t), intent(inout) :: hit
     type(hit_t) :: trial
     real(wp) :: along, point(3), tangent(3), second(3)
 
     call nearest_on_edge(tool%coefficients, tool%edges(edge), x, along, n_iterations)
+    call evaluate_edge(tool%coefficients, tool%edges(edge), along, point, tangent, second, trial%at)
+    trial%distance = norm2(x - point)
+    if (trial%distance > hit%distance + margin) return
     if (is_lowest(tool, edge, along, x)) then
-      call evaluate_edge(tool%coefficients, tool%edges(edge), along, point, tangent, second, &
-                         trial%at)
       trial%face = tool%edges(edge)%face
       trial%edge = edge
       trial%along = along
-      trial%distance = norm2(x - point)
       trial%is_converged = .true.
       call take_nearer(tool, trial, hit)
     else if (hit%face == 0) then
@@ -189,12 +227,13 @@ contains
 
   !> Local searches from all points of a net over a cell that are nearer than their neighbours; in a
   !! wild cell from all whose mesh may hold a nearer point than found so far.
-  pure subroutine try_net(tool, x, cell, n_iterations, hit, leaving)
+  pure subroutine try_net(tool, x, cell, n_iterations, hit, leaving, lost)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     type(cell_t), intent(in) :: cell
     integer, intent(inout) :: n_iterations
     type(hit_t), intent(inout) :: hit, leaving
+    real(wp), intent(inout) :: lost             !! least distance to where no hit came of a search
     real(wp) :: positions(3, n_net, n_net), squares(0:n_net + 1, 0:n_net + 1), reach
     logical :: is_tried(n_net, n_net)
     integer :: i, j
@@ -212,7 +251,7 @@ contains
         is_tried(i, j) = squares(i, j) <= min(minval(squares(i - 1:i + 1, j)), &
                                               minval(squares(i, j - 1:j + 1)))
         if (is_tried(i, j)) call try(tool, x, cell%face, net_position(cell, i, j), n_iterations, &
-                                     hit, leaving, cell)
+                                     hit, leaving, lost, cell)
       end do
     end do
     if (.not. cell%is_wild) return
@@ -221,7 +260,8 @@ contains
     do j = 1, n_net
       do i = 1, n_net
         if (is_tried(i, j) .or. sqrt(squares(i, j)) > hit%distance + reach) cycle
-        call try(tool, x, cell%face, net_position(cell, i, j), n_iterations, hit, leaving, cell)
+        call try(tool, x, cell%face, net_position(cell, i, j), n_iterations, hit, leaving, lost, &
+                 cell)
       end do
     end do
   end subroutine try_net

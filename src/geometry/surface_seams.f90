@@ -45,6 +45,7 @@ module surface_seams
     real(wp), allocatable :: at(:)                  ! parameter at the corners of its polygon
     real(wp), allocatable :: corners(:, :)          ! shape (3, size(at))
     type(trim_curve_t) :: curve                     ! of a trimmed surface
+    real(wp) :: chord = 0.0_wp                      ! longest one of the polygon
   end type edge_t
 
 contains
@@ -273,6 +274,9 @@ contains
 
     nearest = minloc(sum((edge%corners - spread(point, 2, size(edge%at)))**2, 1), 1)
     at = edge%at(nearest)
+    distance = norm2(edge%corners(:, nearest) - point)
+    ! Between its corners the edge is nearer to one of them than a chord.
+    if (edge%number > 4 .and. distance > 2*edge%chord) return
     associate (ends => [edge%at(max(1, nearest - 1)), edge%at(min(size(edge%at), nearest + 1))])
       low = minval(ends)
       high = maxval(ends)
@@ -319,6 +323,8 @@ contains
     do i = 1, size(edge%at)
       call evaluate_edge(surface, edge, edge%at(i), edge%corners(:, i), tangent)
     end do
+    edge%chord = sqrt(maxval(sum((edge%corners(:, 2:) &
+                                  - edge%corners(:, :size(edge%at) - 1))**2, 1)))
     edge%low = minval(edge%corners, 2)
     edge%high = maxval(edge%corners, 2)
     edge%is_collapsed = norm2(edge%high - edge%low) <= tolerance

@@ -26,6 +26,7 @@ module surface_trim
   type :: trim_piece_t
     real(wp) :: low(2) = 0.0_wp, high(2) = 0.0_wp   !! box around it
     real(wp) :: from(2) = 0.0_wp, to(2) = 0.0_wp    !! its ends
+    real(wp) :: least = 0.0_wp, most = 0.0_wp       !! of triangles with its chord
     integer :: span = 0                             !! axis 1 fastest
     integer :: loop = 0
     type(trim_curve_t) :: curve                     !! in the span's coordinates from 0 to 1
@@ -148,7 +149,7 @@ contains
   pure logical function passes(piece, x)
     type(trim_piece_t), intent(in) :: piece
     real(wp), intent(in) :: x(2)
-    real(wp) :: begin(2), end(2), point(2), low, high, middle
+    real(wp) :: begin(2), end(2), point(2), low, high, middle, left
     logical :: is_rising
     integer :: i
 
@@ -158,12 +159,12 @@ contains
     if (passes .or. x(1) >= piece%high(1)) return
     begin = piece%from
     end = piece%to
-    if (piece%curve%degree == 1) then
-      passes = ((end(1) - begin(1))*(x(2) - begin(2)) - (x(1) - begin(1))*(end(2) - begin(2)) &
-                > 0.0_wp) .eqv. end(2) > begin(2)
+    is_rising = end(2) > begin(2)
+    left = left_of(begin, end, x)
+    if (left > piece%most .or. left < piece%least .or. piece%curve%degree == 1) then
+      passes = left > 0.0_wp .eqv. is_rising
       return
     end if
-    is_rising = end(2) > begin(2)
     low = 0.0_wp
     high = 1.0_wp
     do i = 1, most_halvings
@@ -180,6 +181,14 @@ contains
       if (passes .or. x(1) >= max(begin(1), end(1))) return
     end do
   end function passes
+
+  !> Twice the area of a triangle, positive where the last corner is left of the way between the
+  !! others.
+  pure real(wp) function left_of(begin, end, x)
+    real(wp), intent(in) :: begin(2), end(2), x(2)
+
+    left_of = (end(1) - begin(1))*(x(2) - begin(2)) - (x(1) - begin(1))*(end(2) - begin(2))
+  end function left_of
 
   !> Whether the state along the edge at high u of a leaf is another one at `t` than at the begin of
   !! the edge because of this piece: one of its ends lies between.
@@ -347,11 +356,24 @@ contains
     call enclose(rest)
   end subroutine split
 
+  !> Boxes of a piece along and across the way between its ends.
   pure subroutine enclose(piece)
     type(trim_piece_t), intent(inout) :: piece
+    real(wp), parameter :: slack = 1.0e-12_wp
+    real(wp) :: left
+    integer :: i
 
     piece%low = min(piece%from, piece%to)
     piece%high = max(piece%from, piece%to)
+    piece%least = 0.0_wp
+    piece%most = 0.0_wp
+    associate (c => piece%curve%c)
+      do i = 0, piece%curve%degree
+        left = left_of(piece%from, piece%to, c(:2, i)/c(3, i))
+        piece%least = min(piece%least, (1.0_wp + slack)*left)
+        piece%most = max(piece%most, (1.0_wp + slack)*left)
+      end do
+    end associate
   end subroutine enclose
 
   !> Find the span of a piece and bring it to the local coordinates there.
