@@ -53,8 +53,8 @@ module static_equations
     real(wp) :: reach = huge(1.0_wp)               !! largest part of a step of Newton's [length]
     real(wp) :: least_force = 0.0_wp               !! that counts [force]
     logical :: has_contact = .false.
-    logical :: is_careful = .false.                !! steps lead downhill: in contact, or where a
-                                                   !! longer increment has found no equilibrium
+    logical :: is_careful = .false.                !! steps lead downhill: in contact, or where
+                                                   !! longer increments have found no equilibrium
     real(wp), allocatable :: masses(:)             !! of the unknowns
     real(wp) :: shift = 0.0_wp                     !! by how much of these the matrix is stiffer in
                                                    !! contact, which may be still to come [1/time^2]
@@ -75,7 +75,7 @@ contains
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     real(wp), intent(in) :: dt                     !! of the increment [time]
-    logical, intent(in) :: is_careful              !! a longer one has failed
+    logical, intent(in) :: is_careful              !! longer ones have failed
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: nothing = 1.0e-6_wp     ! of the bulk modulus, on the area of an element
     real(wp) :: edge

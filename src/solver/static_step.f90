@@ -27,6 +27,7 @@ module static_step
 
   integer, parameter :: most_iterations = 16, enough_iterations = 8, most_cuts = 12
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
+  integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the largest force
   real(wp), parameter :: in_contact = 10.0_wp      !! times that, with contact
   real(wp), parameter :: unheld = 1.0e-4_wp        !! reaction to a rigid motion that is too large
@@ -105,7 +106,7 @@ contains
       left = run%control%start_time + run%control%duration - run%instant%time
       dt = min(run%static_dt, left)
       if (left - dt < 1.0e-9_wp*run%control%duration) dt = left
-      call new_equations(equations, model, run, dt, cut > 0, error)
+      call new_equations(equations, model, run, dt, cut >= enough_cuts, error)
       if (allocated(error)) return
       if (cut == 0) call tell_held(equations, run, log)
       call find_equilibrium(equations, model, run, n_iterations, words, error)
