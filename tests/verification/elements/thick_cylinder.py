@@ -59,8 +59,8 @@ def elastic(case):
 
 
 def plastic(case):
-    """Hill: stresses and the displacement outside at nine tenths of the limit pressure; what is left
-    of the stresses without it."""
+    """Hill: stresses and the displacement outside at nine tenths of the limit pressure; what is
+    left of the stresses without it."""
     nu, flow = 0.45, 25.0
     strength = flow / np.sqrt(3)
     pressure = 0.9 * 2 * strength * np.log(B / A)
@@ -92,7 +92,8 @@ def plastic(case):
     case.deviation("unloaded: hoop stress left, rms by the flow stress",
                    np.sqrt(np.mean((hoop_left - left_hoop)**2)) / flow, 0.03)
     case.deviation("unloaded: plastic strain since the load, largest over the elastic one",
-                   np.abs(unloaded.at_points["eqps"] - run.at_points["eqps"]).max() * E / flow, 1e-6)
+                   np.abs(unloaded.at_points["eqps"] - run.at_points["eqps"]).max() * E / flow,
+                   1e-6)
     order = np.argsort(r)
     case.panel("radius [mm]", "stress [MPa], elastoplastic", [
         ("radial", ".", r, radial), ("hoop", ".", r, hoop), ("hoop, unloaded", ".", r, hoop_left),
