@@ -11,6 +11,7 @@ module static_outlook
   use vibration, only: fixed_t
   use model, only: model_t
   use contact_effect, only: contact_pairs, contact_view_t
+  use static_step, only: increment_growth
   use body_stiffness, only: body_stiffness_t, n_evaluations, new_body_stiffness
   use sparse_factor, only: sparse_factor_t
   implicit none
@@ -19,7 +20,6 @@ module static_outlook
   public :: static_lines
 
   real(wp), parameter :: factor_rate = 2.0e10_wp   !! operations a second, see docs/developing.md
-  real(wp), parameter :: growth = 1.5_wp           !! of an increment over the one before
   !> Iterations of an increment, each with a matrix of its own: of springback, and in contact.
   real(wp), parameter :: of_springback = 7.0_wp, in_contact = 13.0_wp
 
@@ -89,7 +89,7 @@ contains
       do while (done < (1.0_wp - 1.0e-9_wp)*step%duration)
         n_increments = n_increments + 1
         done = done + dt
-        dt = min(growth*dt, step%most_increment)
+        dt = min(increment_growth*dt, step%most_increment)
       end do
     end subroutine add
   end subroutine count_increments

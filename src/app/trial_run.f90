@@ -85,6 +85,8 @@ contains
     print "(a)", "trial run        "//to_text(n_elements_of(trial%bodies%blank%parts))// &
       " elements, kinetic over internal energy "//percent(inertia%mean)//" in the mean, "// &
       percent(inertia%largest)//" at most after "//to_text(nint(100*early))//" % of the time"
+    if (scene%step%is_static .or. any(scene%later_steps%step%is_static)) &
+      print "(a)", "                 without the static steps, and what these would have done"
     lines = advice_lines(scene, model, inertia)
     do i = 1, size(lines)
       print "(a)", "advice           "//lines(i)%value

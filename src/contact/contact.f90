@@ -693,6 +693,7 @@ contains
       call carry(store, "n_searches", counts%n_searches)
       call carry(store, "n_failures", counts%n_failures)
       call carry(store, "max_iterations", counts%max_iterations)
+      call carry(store, "first_failed", counts%first_failed)
     end associate
     if (allocated(contact%friction)) then
       call carry(store, "friction_energy", contact%friction%energy)

@@ -244,9 +244,10 @@ contains
     logical, intent(in) :: is_allowed
   end subroutine keep_viscosity
 
-  !> Nothing presses on the faces any more.
-  subroutine keep_no_faces(self)
+  !> Forces on the faces come anew; where nothing presses any more, the normal stress is gone too.
+  subroutine keep_no_faces(self, is_pressed)
     class(element_t), intent(inout) :: self
+    logical, intent(in) :: is_pressed
   end subroutine keep_no_faces
 
   !> Add to the outermost layer of a field at a side.

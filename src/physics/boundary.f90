@@ -11,7 +11,7 @@ module boundary
   implicit none
   private
 
-  public :: any_moving, prescribed_components, move_supports, take_reactions
+  public :: any_moving, way_of_supports, prescribed_components, move_supports, take_reactions
 
   !> One component of a list of control points with a common velocity. Applied to the velocities
   !! of the half step, so the control points follow the curve exactly; the reaction is what the
@@ -97,6 +97,22 @@ contains
       end select
     end do
   end function any_moving
+
+  !> Longest way of a support from one time to another.
+  pure real(wp) function way_of_supports(supports, from, to) result(way)
+    type(effect_slot_t), intent(in) :: supports(:)
+    real(wp), intent(in) :: from, to
+    integer :: i
+
+    way = 0.0_wp
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (boundary_t)
+        way = max(way, abs(item%velocity*(curve_integral(item%curve, to) &
+                                          - curve_integral(item%curve, from))))
+      end select
+    end do
+  end function way_of_supports
 
   !> Give the points that supports move in a static increment their mean velocities.
   subroutine move_supports(supports, parts, time, dt)

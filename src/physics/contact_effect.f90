@@ -283,8 +283,8 @@ contains
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work
-    tally%contact_energy = tally%contact_energy + self%energy
     tally%damping_energy = tally%damping_energy + self%pair%passed
+    tally%contact_energy = tally%contact_energy + self%energy
     if (allocated(self%pair%friction)) then
       tally%friction_energy = tally%friction_energy + self%pair%friction%energy
     end if

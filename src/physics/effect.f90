@@ -11,6 +11,7 @@ module effect
   private
 
   public :: add_effect, apply_effects, carry_effects, sort_effects, previous_increment
+  public :: is_from_outside, any_from_outside
 
   !> Where the step stands.
   type, public :: instant_t
@@ -117,6 +118,24 @@ contains
       end associate
     end do
   end subroutine apply_effects
+
+  !> Is the effect of a force stage a force from outside, and does not weigh the sum of these?
+  pure logical function is_from_outside(item)
+    class(effect_t), intent(in) :: item
+
+    is_from_outside = item%rank() <= 0
+  end function is_from_outside
+
+  !> Is one of them?
+  pure logical function any_from_outside(effects)
+    type(effect_slot_t), intent(in) :: effects(:)
+    integer :: i
+
+    any_from_outside = .false.
+    do i = 1, size(effects)
+      any_from_outside = any_from_outside .or. is_from_outside(effects(i)%item)
+    end do
+  end function any_from_outside
 
   !> Bring the effects of a stage into the order in which they act; of equal rank they keep theirs.
   !! They are moved, not copied: effects may hold much.

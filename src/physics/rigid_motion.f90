@@ -6,7 +6,7 @@ module rigid_motion
   implicit none
   private
 
-  public :: rigid_motion_t, motion_term_t, move_tool, start_motion, factor_of
+  public :: rigid_motion_t, motion_term_t, move_tool, start_motion, factor_of, longest_way
 
   !> A vector times a curve, which gives velocities or displacements, or a turn about the vector.
   type :: motion_term_t
@@ -58,6 +58,25 @@ contains
       factor = curve_integral(term%curve, time) - term%done
     end if
   end function factor_of
+
+  !> Bound of the way of any point of a tool from one time to another, of a tool that no force moves.
+  pure real(wp) function longest_way(motion, tool, from, to) result(way)
+    type(rigid_motion_t), intent(in) :: motion
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: from, to
+    real(wp) :: part
+    integer :: i
+
+    way = 0.0_wp
+    do i = 1, size(motion%terms)
+      associate (term => motion%terms(i))
+        part = abs(factor_of(term, to) - factor_of(term, from))*norm2(term%vector)
+        if (term%is_rotation) part = part*norm2(max(abs(tool%box(:, 1) - term%point), &
+                                                    abs(tool%box(:, 2) - term%point)))
+        way = way + part
+      end associate
+    end do
+  end function longest_way
 
   !> Put the tool where it is at `time`; its velocity is the mean over the step that led there.
   pure subroutine move_tool(motion, time, dt, tool)

@@ -60,6 +60,7 @@ contains
       balance%kinetic_at_start = balance%kinetic_at_start + sums%kinetic
       balance%momentum_at_start = balance%momentum_at_start + sums%momentum
     end do
+    balance%kinetic = balance%kinetic_at_start
   end subroutine start_balance
 
   !> Add what the force evaluation of a step reported.

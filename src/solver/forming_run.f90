@@ -7,6 +7,7 @@ module forming_run
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths
+  use effect, only: is_from_outside
   use model, only: model_t, begin_next_step, apply_forces
   use frames, only: results_t, write_frame
   use history, only: record_sample
@@ -134,8 +135,12 @@ contains
     type(run_t), intent(inout) :: run
     real(wp), intent(in) :: rate         !! as in `take_step`
     real(wp) :: dt
+    integer :: p
 
     dt = 0.0_wp
+    do p = 1, size(model%bodies%blank%parts)
+      model%bodies%blank%parts(p)%element%motion%external_force = 0.0_wp
+    end do
     call apply_forces(model, run%instant)
     call advance_step_size(run, rate, .false., dt)
     call update_velocities(model, run, .false., .false.)
@@ -285,12 +290,14 @@ contains
     logical, intent(in) :: is_sample
     type(error_t), allocatable, intent(out) :: error
     type(energy_balance_t) :: balance
+    logical :: is_first
     integer :: watch
 
     watch = merge(run%watch_output, run%watch_state, is_sample)
     call start_watch(model%timer, watch)
     call take_balances(model, run, balance)
-    call check_balance(model, balance, run%n_steps <= first_steps, run%instant, run%control, error)
+    is_first = run%n_steps <= first_steps .and. .not. model%step%is_static
+    call check_balance(model, balance, is_first, run%instant, run%control, error)
     if (is_sample) run%balance = balance
     call stop_watch(model%timer, watch)
   end subroutine check_state
@@ -461,12 +468,13 @@ contains
     integer :: i
 
     allocate (lines(0))
-    if (model%bodies%blank%parts(1)%element%has_viscosity) &
+    if (model%bodies%blank%parts(1)%element%has_viscosity .and. .not. model%step%is_static) &
       call append_text(lines, head//"bulk viscosity")
-    if (model%bodies%blank%added_mass > 0.0_wp) &
+    if (model%bodies%blank%added_mass > 0.0_wp .and. .not. model%step%is_static) &
       call append_text(lines, head//"mass scaling, added mass "// &
                               rounded_text(model%bodies%blank%added_mass))
     do i = 1, size(model%forces)
+      if (model%step%is_static .and. .not. is_from_outside(model%forces(i)%item)) cycle
       call append_text(lines, head//model%forces(i)%item%name)
     end do
     do i = 1, size(model%supports)

@@ -9,6 +9,7 @@ module static_equations
   use state_store, only: state_store_t, empty_store
   use body_parts, only: field_t, forces_of_parts
   use boundary, only: any_moving, prescribed_components, move_supports
+  use effect, only: any_from_outside
   use vibration, only: fixed_t, trial_amount
   use model, only: model_t, apply_forces
   use rigid_motion, only: move_tool
@@ -27,7 +28,7 @@ module static_equations
   private
 
   public :: static_equations_t, new_equations, restore_start, try_motion, renew_factors
-  public :: start_increment, step_to_balance, reaction_of_held, worst_place
+  public :: start_increment, step_to_balance, is_hovering, reaction_of_held, worst_place
 
   real(wp), parameter :: regular = 0.01_wp     !! of the bending stiffness: see `shift`
   real(wp), parameter :: least = 1.0e-10_wp    !! of the largest stiffness by mass
@@ -64,6 +65,7 @@ module static_equations
     real(wp) :: norm = 0.0_wp                      !! the largest; huge where an element fails
     real(wp) :: largest = 0.0_wp                   !! force that acts [force]
     integer :: n_touching = 0                      !! points at tools
+    logical :: is_loose = .false.                  !! in contact: tools alone hold its rigid motions
   end type static_equations_t
 
 contains
@@ -78,8 +80,9 @@ contains
     logical, intent(in) :: is_careful              !! longer ones have failed
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: nothing = 1.0e-6_wp     ! of the bulk modulus, on the area of an element
+    type(fixed_t), allocatable :: loose(:)
     real(wp) :: edge
-    integer :: p
+    integer :: p, n_loose
 
     self%dt = dt
     associate (control => run%control)
@@ -96,7 +99,11 @@ contains
       self%has_contact = self%reach < 0.25_wp*huge(self%reach)
       self%is_careful = self%has_contact .or. is_careful
       self%n_added = 0
-      if (.not. self%has_contact) then
+      if (self%has_contact) then
+        loose = self%fixed
+        call hold_rigid_motions(blank%parts, loose, n_loose)
+        self%is_loose = n_loose > 0
+      else
         call find_unknowns(blank%parts, blank%seams, self%fixed, self%without_added, error)
         if (allocated(error)) return
         call hold_rigid_motions(blank%parts, self%fixed, self%n_added)
@@ -113,7 +120,7 @@ contains
       self%least_force = nothing*blank%law%bulk*edge**2
       self%masses = to_unknowns(self%stiffness%map, masses_of(blank%parts))
       self%shift = regular*bending_guess(blank%parts, blank%law)
-      if (size(model%forces) == 0 .and. .not. any_moving(model%supports)) then
+      if (.not. (any_from_outside(model%forces) .or. any_moving(model%supports))) then
         self%spring_before = self%shift*spring_factor(self%level_before)
         self%spring = self%shift*spring_factor(self%level)
       end if
@@ -264,9 +271,9 @@ contains
     self%norm = maxval(abs(self%residual))
   end subroutine add_way_of_supports
 
-  !> The first trial. In contact the motion of the increment before goes on: tools that move on
-  !! would meet points at rest with forces beyond measure. Else points are at rest, and the residual
-  !! is what the way of the supports adds to that.
+  !> The first trial. Under loads the motion of the increment before goes on: tools that move on
+  !! would meet points at rest with forces beyond measure, and points that yield seem stiffer at
+  !! rest. Else points are at rest, and the residual is what the way of the supports adds to that.
   subroutine start_increment(self, model, run, u, share)
     type(static_equations_t), intent(inout) :: self
     type(model_t), intent(inout) :: model
@@ -276,7 +283,7 @@ contains
 
     allocate (u(self%n), source=0.0_wp)
     share = 1.0_wp
-    if (self%has_contact) then
+    if (any_from_outside(model%forces) .or. any_moving(model%supports)) then
       u(:self%stiffness%map%n_free) = self%dt*pace_of_unknowns(self, run)
       if (any(abs(u) > 0.0_wp)) call try_motion(self, model, run, u, share)
       if (any(abs(u) > 0.0_wp) .and. self%norm < huge(self%norm)) return
@@ -358,18 +365,27 @@ contains
     end associate
   end subroutine factorise_held
 
+  !> Is a part under way to a tool, with nothing that holds it?
+  pure logical function is_hovering(self)
+    type(static_equations_t), intent(in) :: self
+
+    is_hovering = self%is_loose .and. self%n_touching == 0 .and. self%norm > 0.0_wp
+  end function is_hovering
+
   !> Displacements of all unknowns by which the tangent balances the residual, shorter where a point
-  !! could pass a tool.
+  !! could pass a tool; as long as that for a part that is under way to one.
   subroutine step_to_balance(self, step, error)
     type(static_equations_t), intent(inout) :: self
     real(wp), allocatable, intent(out) :: step(:)  !! [length]
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:), ways(:)
+    real(wp) :: largest
 
     call solve_coupled(self%driven, self%factor, self%residual, u, ways, error)
     if (allocated(error)) return
     step = [u, ways]
-    step = step*min(1.0_wp, self%reach/max(maxval(abs(step)), tiny(1.0_wp)))
+    largest = max(maxval(abs(step)), tiny(1.0_wp))
+    if (largest > self%reach .or. is_hovering(self)) step = step*(self%reach/largest)
   end subroutine step_to_balance
 
   !> Largest reaction where rigid motions are held: there should be none.
@@ -388,6 +404,11 @@ contains
     real(wp), allocatable :: lack(:)
     integer :: p, n, place(3), at
 
+    at = maxloc(abs(self%residual), 1) - self%stiffness%map%n_free
+    if (at > 0) then
+      words = "tool "//model%bodies%tools(self%driven%tool(at))%name
+      return
+    end if
     lack = abs(to_components(self%stiffness%map, self%residual(:self%stiffness%map%n_free)))
     at = (maxloc(lack, 1) + 2)/3
     do p = 1, size(model%bodies%blank%parts)

@@ -11,23 +11,29 @@ module static_step
   use text, only: to_text, rounded_text, counted
   use failure, only: error_t, fail
   use body_parts, only: field_t, forces_of_parts
-  use boundary, only: take_reactions
+  use boundary, only: take_reactions, way_of_supports
+  use effect, only: any_from_outside
+  use rigid_motion, only: move_tool, longest_way
+  use contact_stiffness, only: shortest_reach
   use model, only: model_t, apply_forces
   use run_state, only: run_t
   use run_log, only: run_log_t, log_line
   use mumps_library, only: find_mumps
   use driven_tools, only: begin_drives, rest_drives
   use static_equations, only: static_equations_t, new_equations, restore_start, try_motion, &
-                              renew_factors, start_increment, step_to_balance, reaction_of_held, &
-                              worst_place
+                              renew_factors, start_increment, step_to_balance, is_hovering, &
+                              reaction_of_held, worst_place
   implicit none
   private
 
   public :: check_static, begin_static, take_static_increment
 
+  real(wp), parameter, public :: increment_growth = 1.5_wp   !! after one that was easy
+
   integer, parameter :: most_iterations = 16, enough_iterations = 8, most_cuts = 12
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
+  integer, parameter :: most_free = 500            !! iterations of a part on its way to a tool
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the largest force
   real(wp), parameter :: in_contact = 10.0_wp      !! times that, with contact
   real(wp), parameter :: unheld = 1.0e-4_wp        !! reaction to a rigid motion that is too large
@@ -51,43 +57,54 @@ contains
   subroutine begin_static(model, run)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
+    real(wp) :: dt
     integer :: p
 
     run%balance%stopped = run%balance%stopped + run%balance%kinetic
     run%balance%impulse = -run%balance%momentum_at_start
-    if (allocated(run%released)) deallocate (run%released)
-    allocate (run%released(size(model%bodies%blank%parts)))
-    do p = 1, size(run%released)
+    run%static_dt = min(model%step%static_increment, model%step%most_increment)
+    dt = merge(run%instant%dt, short*run%static_dt, run%instant%dt > 0.0_wp)
+    run%instant%dt = 0.0_wp
+    run%instant%is_static = .true.
+    do p = 1, size(model%bodies%blank%parts)
       associate (motion => model%bodies%blank%parts(p)%element%motion)
         motion%v = 0.0_wp
         motion%external_force = 0.0_wp
         run%v_before(p)%values = 0.0_wp
       end associate
-      call model%bodies%blank%parts(p)%element%forget_faces()
+      call model%bodies%blank%parts(p)%element%forget_faces(any_from_outside(model%forces))
     end do
     do p = 1, size(model%bodies%tools)
+      call move_tool(model%motions(p), run%instant%time, 0.0_wp, model%bodies%tools(p))
       model%bodies%tools(p)%force = 0.0_wp
       model%bodies%tools(p)%torque = 0.0_wp
     end do
     run%pace = run%v_before
     call keep_positions(model, run%origin)
-    run%static_dt = min(model%step%static_increment, model%step%most_increment)
-    associate (blank => model%bodies%blank, dt => run%instant%dt)
-      call forces_of_parts(blank%parts, blank%seams, blank%law, &
-                           merge(dt, short*run%static_dt, dt > 0.0_wp), blank%report, .true., &
+    call apply_forces(model, run%instant)
+    associate (blank => model%bodies%blank)
+      call forces_of_parts(blank%parts, blank%seams, blank%law, dt, blank%report, .true., &
                            blank%joints)
-      run%instant%is_static = .true.
-      dt = 0.0_wp
-      call apply_forces(model, run%instant)
-      call take_reactions(model%supports, blank%parts)
-      call begin_drives(model%supports, model%bodies%tools, run%instant%time)
-      do p = 1, size(run%released)
-        associate (motion => blank%parts(p)%element%motion)
-          run%released(p)%values = motion%internal_force - motion%external_force
-        end associate
-      end do
     end associate
+    call take_reactions(model%supports, model%bodies%blank%parts)
+    call begin_drives(model%supports, model%bodies%tools, run%instant%time)
+    call note_released(model, run)
   end subroutine begin_static
+
+  !> What the forces lack to balance now.
+  subroutine note_released(model, run)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(inout) :: run
+    integer :: p
+
+    if (allocated(run%released)) deallocate (run%released)
+    allocate (run%released(size(model%bodies%blank%parts)))
+    do p = 1, size(run%released)
+      associate (motion => model%bodies%blank%parts(p)%element%motion)
+        run%released(p)%values = motion%internal_force - motion%external_force
+      end associate
+    end do
+  end subroutine note_released
 
   !> The next increment, cut as often as it takes; time and motion are those of its end.
   subroutine take_static_increment(model, run, log, error)
@@ -106,13 +123,14 @@ contains
       left = run%control%start_time + run%control%duration - run%instant%time
       dt = min(run%static_dt, left)
       if (left - dt < 1.0e-9_wp*run%control%duration) dt = left
+      call shorten_way(model, run%instant%time, dt)
       call new_equations(equations, model, run, dt, cut >= enough_cuts, error)
       if (allocated(error)) return
       if (cut == 0) call tell_held(equations, run, log)
       call find_equilibrium(equations, model, run, n_iterations, words, error)
-      if (allocated(error)) return
-      if (words == "") exit
+      if (words == "" .and. .not. allocated(error)) exit
       call restore_start(equations, model, run)
+      if (allocated(error)) return
       if (cut == most_cuts .or. 0.25_wp*dt < model%step%least_increment) then
         call fail(error, "no equilibrium in the static step at time "// &
                   rounded_text(run%instant%time)//", increment "//rounded_text(dt)//": "//words)
@@ -127,8 +145,30 @@ contains
     call check_held(equations, error)
     call accept(equations, model, run, start)
     if (n_iterations <= enough_iterations) &
-      run%static_dt = min(1.5_wp*dt, model%step%most_increment)
+      run%static_dt = min(increment_growth*dt, model%step%most_increment)
   end subroutine take_static_increment
+
+  !> Shorten an increment in which a tool or a support could pass the other face of the sheet.
+  subroutine shorten_way(model, time, dt)
+    type(model_t), intent(in) :: model
+    real(wp), intent(in) :: time
+    real(wp), intent(inout) :: dt
+    real(wp), parameter :: safe = 0.9_wp         ! of the depth at which a point counts as behind
+    real(wp), parameter :: least_part = 1.0e-3_wp
+    real(wp) :: reach, way
+    integer :: i, t
+
+    reach = safe*shortest_reach(model%forces)
+    if (.not. reach < huge(reach)*safe**2) return
+    do i = 1, 100
+      way = way_of_supports(model%supports, time, time + dt)
+      do t = 1, size(model%motions)
+        way = max(way, longest_way(model%motions(t), model%bodies%tools(t), time, time + dt))
+      end do
+      if (way <= reach .or. dt <= least_part*model%step%least_increment) exit
+      dt = dt*max(safe*reach/way, 0.1_wp)
+    end do
+  end subroutine shorten_way
 
   subroutine keep_positions(model, start)
     type(model_t), intent(in) :: model
@@ -162,18 +202,21 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:)
     real(wp) :: before, limit, share
-    integer :: most, n_before
+    integer :: most, n_before, n_free
     logical :: is_stale
 
     words = ""
     n_iterations = 0
+    n_free = 0
     most = most_iterations + merge(more_with_care, 0, equations%is_careful)
     limit = tolerance*merge(in_contact, 1.0_wp, equations%has_contact)
     call start_increment(equations, model, run, u, share)
     is_stale = .true.
-    do while (n_iterations == 0 .or. equations%norm > limit*equations%largest)
+    do while (n_iterations == 0 .or. equations%norm > limit*equations%largest .or. &
+              is_hovering(equations))
       if (.not. equations%norm < huge(before)) words = "elements turn over or their law fails"
-      if (n_iterations == most) words = cause_of(equations, model, n_iterations, n_before)
+      if (n_iterations - n_free == most .or. n_free == most_free) &
+        words = cause_of(equations, model, n_iterations, n_before)
       if (words /= "") return
       if (is_stale) call renew_factors(equations, model, run, u, share, words)
       if (words /= "") return
@@ -184,6 +227,10 @@ contains
       call take_newton_step(equations, model, run, u, error)
       if (allocated(error)) return
       is_stale = equations%norm > enough*before .or. equations%n_touching /= n_before
+      if (is_hovering(equations)) then
+        n_free = n_free + 1
+        is_stale = n_free == 1
+      end if
     end do
   end subroutine find_equilibrium
 

@@ -170,16 +170,19 @@ contains
 
     call self%solid_element_t%drop_state()
     self%points%resultant = 0.0_wp
-    call self%forget_faces()
+    call self%forget_faces(.false.)
   end subroutine drop_state
 
-  !> The normal stress is gone, and forces on the faces that wait for the next evaluation.
-  subroutine forget_faces(self)
+  !> Forces on the faces that wait for the next evaluation are gone; where nothing presses any more,
+  !! the normal stress too.
+  subroutine forget_faces(self, is_pressed)
     class(shell_element_t), intent(inout) :: self
+    logical, intent(in) :: is_pressed
 
+    self%through%push = 0.0_wp
+    if (is_pressed) return
     self%points%normal = 0.0_wp
     self%points%is_pressed = .false.
-    self%through%push = 0.0_wp
     self%through%is_pressed = .false.
     self%through%is_watched = .false.
     self%seen = -2
