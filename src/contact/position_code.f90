@@ -36,21 +36,25 @@ contains
     real(wp), intent(in) :: distance         !! reach around each face [length], positive
     integer(int64), allocatable :: keys(:)
     real(wp) :: extent(3)
+    integer, allocatable :: ranges(:, :, :)
     integer :: n_faces
     integer(int64) :: n_entries
 
     n_faces = size(boxes, 3)
+    allocate (ranges(3, 2, n_faces))
     table%corner = minval(boxes(:, 1, :), 2) - distance
     extent = maxval(boxes(:, 2, :), 2) + distance - table%corner
     table%size = max(distance, 1.01_wp*maxval(extent)/max_per_direction)
     do
       table%n_cubes = floor(extent/table%size) + 1
-      n_entries = count_entries(table, boxes, distance)
+      ! Once for both uses: rounded otherwise, a range might come out longer than it was counted.
+      call find_ranges(table, boxes, distance, ranges)
+      n_entries = count_entries(ranges)
       if (n_entries <= spare_entries + int(entries_per_face, int64)*n_faces) exit
       table%size = 1.5_wp*table%size
     end do
     allocate (keys(n_entries))
-    call fill_keys(table, boxes, distance, keys)
+    call fill_keys(table, ranges, keys)
     keys = keys(sorted_order(real(keys, wp)))   ! below 2**53, so exact
     call fill_table(table, keys, n_faces)
   end subroutine new_position_code
@@ -100,47 +104,49 @@ contains
     code = cube(1) + table%n_cubes(1)*(cube(2) + table%n_cubes(2)*cube(3))
   end function code_of
 
-  !> Cubes that a widened box reaches into.
-  pure subroutine cube_range(table, box, distance, low, high)
-    type(position_code_t), intent(in) :: table
-    real(wp), intent(in) :: box(3, 2), distance
-    integer, intent(out) :: low(3), high(3)
-
-    low = max(cube_of(table, box(:, 1) - distance), 0)
-    high = min(cube_of(table, box(:, 2) + distance), table%n_cubes - 1)
-  end subroutine cube_range
-
-  pure integer(int64) function count_entries(table, boxes, distance) result(n)
+  !> First and last cubes that widened boxes reach into.
+  pure subroutine find_ranges(table, boxes, distance, ranges)
     type(position_code_t), intent(in) :: table
     real(wp), intent(in) :: boxes(:, :, :), distance
-    integer :: face, low(3), high(3)
+    integer, intent(out) :: ranges(:, :, :)   !! shape (3, 2, n_faces)
+    integer :: face
+
+    do face = 1, size(boxes, 3)
+      ranges(:, 1, face) = max(cube_of(table, boxes(:, 1, face) - distance), 0)
+      ranges(:, 2, face) = min(cube_of(table, boxes(:, 2, face) + distance), table%n_cubes - 1)
+    end do
+  end subroutine find_ranges
+
+  pure integer(int64) function count_entries(ranges) result(n)
+    integer, intent(in) :: ranges(:, :, :)
+    integer :: face
 
     n = 0
-    do face = 1, size(boxes, 3)
-      call cube_range(table, boxes(:, :, face), distance, low, high)
-      n = n + product(int(high - low + 1, int64))
+    do face = 1, size(ranges, 3)
+      n = n + product(int(max(ranges(:, 2, face) - ranges(:, 1, face) + 1, 0), int64))
     end do
   end function count_entries
 
   !> One key per pair of cube and face, ordered like the pair.
-  pure subroutine fill_keys(table, boxes, distance, keys)
+  pure subroutine fill_keys(table, ranges, keys)
     type(position_code_t), intent(in) :: table
-    real(wp), intent(in) :: boxes(:, :, :), distance
+    integer, intent(in) :: ranges(:, :, :)
     integer(int64), intent(out) :: keys(:)
-    integer :: face, low(3), high(3), i, j, k, n, n_faces
+    integer :: face, i, j, k, n, n_faces
 
     n = 0
-    n_faces = size(boxes, 3)
+    n_faces = size(ranges, 3)
     do face = 1, n_faces
-      call cube_range(table, boxes(:, :, face), distance, low, high)
-      do k = low(3), high(3)
-        do j = low(2), high(2)
-          do i = low(1), high(1)
-            n = n + 1
-            keys(n) = int(code_of(table, [i, j, k]), int64)*n_faces + face - 1
+      associate (low => ranges(:, 1, face), high => ranges(:, 2, face))
+        do k = low(3), high(3)
+          do j = low(2), high(2)
+            do i = low(1), high(1)
+              n = n + 1
+              keys(n) = int(code_of(table, [i, j, k]), int64)*n_faces + face - 1
+            end do
           end do
         end do
-      end do
+      end associate
     end do
   end subroutine fill_keys
 

@@ -124,7 +124,7 @@ contains
       return
     end if
     call ranges_of(surface, low, length)
-    allocate (list(2*m))
+    allocate (list(2*m + 2))
     n = 0
     do i = 1, m
       if (n > 0) then
