@@ -4,6 +4,7 @@ usage: trimmed.py IGAFORM CASE
 """
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -140,7 +141,46 @@ def pieces(igaform, folder):
         assert error < 1e-6, what
 
 
-CASES = {"pieces": pieces}
+HOLED = """*UNITS
+mm, t, s, N, MPa, mJ
+*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*BLANK, NAME=sheet, MATERIAL=steel
+x, {x[0]}, {x[1]}, 2, 4
+y, 0, 4, 2, 4
+z, -6, -5, 2, 1
+*TOOL, NAME=plate, TYPE=IGES, INPUT=plate.igs
+*TOOL PLACEMENT, TOOL=plate, CLEARANCE=0.25
+0, 0, -1
+*CONTACT PAIR, TOOL=plate, FACE=Z_MAX
+*BOUNDARY
+X_MIN, PINNED
+*DYNAMIC, EXPLICIT
+1e-6
+"""
+
+
+def converter(igaform, folder):
+    """A plate of 60 x 40 x 2 with a hole of radius 6 at (5, 2) as OpenCASCADE writes it
+    (BRepBuilderAPI_NurbsConvert, IGESControl_Writer, write.surfacecurve.mode 1): a sheet below its
+    solid part stops it at the clearance, one below the hole passes through at a known distance."""
+    shutil.copy(pathlib.Path(__file__).parent / "plate.igs", folder)
+    deck = folder / "plate.key"
+    deck.write_text(HOLED.format(x=(13, 17)))
+    told = run(igaform, deck, "--check")
+    assert "7 surfaces of 98 entities" in told and "2 loops" in told, told
+    assert "moved by (0, 0, -4.75), clearance 0.25" in told, told
+    deck.write_text(HOLED.format(x=(3, 7)))
+    told = run(igaform, deck, "--check", expect=1)
+    distance = float(told.split("passes the sheet at a distance of ")[1].split(";")[0])
+    print("distance of the corners of the sheet from the hole", distance)
+    assert abs(distance - (6 - 8 ** 0.5)) < 1e-6, told
+
+
+CASES = {"pieces": pieces, "converter": converter}
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
         CASES[sys.argv[2]](str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(name))
