@@ -296,7 +296,7 @@ contains
     watch = merge(run%watch_output, run%watch_state, is_sample)
     call start_watch(model%timer, watch)
     call take_balances(model, run, balance)
-    is_first = run%n_steps <= first_steps .and. .not. model%step%is_static
+    is_first = run%n_steps == 0 .or. (run%n_steps <= first_steps .and. .not. model%step%is_static)
     call check_balance(model, balance, is_first, run%instant, run%control, error)
     if (is_sample) run%balance = balance
     call stop_watch(model%timer, watch)
