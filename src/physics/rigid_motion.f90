@@ -59,7 +59,7 @@ contains
     end if
   end function factor_of
 
-  !> Bound of the way of any point of a tool from one time to another, of a tool that no force moves.
+  !> Bound of the way of any point of a tool, which no force moves, from one time to another.
   pure real(wp) function longest_way(motion, tool, from, to) result(way)
     type(rigid_motion_t), intent(in) :: motion
     type(tool_t), intent(in) :: tool
