@@ -39,19 +39,25 @@ contains
     call find_candidates(tool%codes, x, first, last)
     block
       integer :: near(last - first + 1)   ! not on the heap: searches are many
-      real(wp) :: bounds(last - first + 1)
+      real(wp) :: bounds(last - first + 1), lost
 
       n = 0
       do i = first, last
         associate (cell => tool%codes%faces(i))
+          if (tool%is_trimmed) then
+            if (is_smooth_edge(tool, cell)) cycle
+          end if
           if (.not. is_in_territory(tool%cells(cell)%territory, x, tool%search_distance)) cycle
           if (distance_bound(tool%cells(cell)%territory, x) > tool%search_distance) cycle
           n = n + 1
           near(n) = cell
         end associate
       end do
-      call search_cells(tool, x, margin, is_corner_start, near(:n), bounds(:n), hit)
+      call search_cells(tool, x, margin, is_corner_start, near(:n), bounds(:n), hit, lost)
+      if (lost < hit%distance - same_point*tool%scale) &
+        call try_smooth_edges(tool, x, tool%codes%faces(first:last), hit)
     end block
+    if (hit%face /= 0) call finish(tool, x, hit)
     if (n == 0) hit%is_converged = .true.
     if (hit%face == 0 .or. hit%distance <= tool%search_distance) return
     hit = hit_t(n_iterations=hit%n_iterations, is_converged=.true.)
@@ -65,7 +71,7 @@ contains
     real(wp), parameter :: slack = 1.0_wp + 1.0e-12_wp   ! for round-off of bounds
     integer, allocatable :: near(:)
     real(wp), allocatable :: bounds(:)   ! cells may be too many for a stack
-    real(wp) :: enough
+    real(wp) :: enough, lost
     integer :: leaf
 
     leaf = nearest_leaf(tool%tree, x)
@@ -79,27 +85,29 @@ contains
     end associate
     call collect_leaves(tool%tree, x, slack*enough + round_off*tool%scale, near)
     allocate (bounds(size(near)))
-    call search_cells(tool, x, 0.0_wp, .false., near, bounds, hit)
+    call search_cells(tool, x, 0.0_wp, .false., near, bounds, hit, lost)
+    if (lost < hit%distance - same_point*tool%scale) call try_smooth_edges(tool, x, near, hit)
+    if (hit%face /= 0) call finish(tool, x, hit)
   end subroutine search_all_faces
 
   !> Nearest of the local searches from some cells, in rising order of their bounds, until no other
   !! cell can matter.
-  pure subroutine search_cells(tool, x, margin, is_corner_start, order, bounds, hit)
+  pure subroutine search_cells(tool, x, margin, is_corner_start, order, bounds, hit, lost)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     real(wp), intent(in) :: margin
     logical, intent(in) :: is_corner_start
     integer, intent(inout), contiguous :: order(:)     !! the cells; disordered at the end
     real(wp), intent(inout), contiguous :: bounds(:)   !! room for as many
-    type(hit_t), intent(out) :: hit
+    type(hit_t), intent(out) :: hit              !! not finished
+    real(wp), intent(out) :: lost               !! least distance to where no hit came of a search,
+                                                !! huge without a trim
     type(hit_t) :: leaving
-    real(wp) :: at(2), lost
-    integer :: i, n, n_left, n_tried, n_iterations, face
+    real(wp) :: at(2)
+    integer :: i, n, n_left, n_iterations, face
 
     n_left = size(order)
     lost = huge(1.0_wp)
-    if (tool%is_trimmed) call put_smooth_last(tool, order, n_left)
-    n_tried = n_left
     do i = 1, n_left
       bounds(i) = distance_bound(tool%cells(order(i))%territory, x)
     end do
@@ -108,7 +116,9 @@ contains
       i = minloc(bounds(:n_left), 1)
       if (bounds(i) > hit%distance + margin) exit
       associate (cell => tool%cells(order(i)))
-        if (cell%edge > 0) then
+        if (is_smooth_edge(tool, order(i))) then
+          continue      ! not unless surfaces leave a gap
+        else if (cell%edge > 0) then
           call try_edge(tool, x, cell%edge, margin, n_iterations, hit)
         else if (is_corner_start) then
           call try(tool, x, cell%face, cell%low, n_iterations, hit, leaving, lost)
@@ -135,13 +145,7 @@ contains
     lost = min(lost, leaving%distance)
     if (leaving%distance < hit%distance) &
       call try(tool, x, leaving%face, leaving%at, n_iterations, hit, leaving, lost)
-    if (n_tried == 0 .or. lost < hit%distance - same_point*tool%scale) then
-      do i = n_tried + 1, size(order)
-        if (distance_bound(tool%cells(order(i))%territory, x) > hit%distance) cycle
-        call try_edge(tool, x, tool%cells(order(i))%edge, 0.0_wp, n_iterations, hit)
-      end do
-    end if
-    if (hit%face /= 0) call finish(tool, x, hit)
+    if (.not. tool%is_trimmed) lost = huge(1.0_wp)
     hit%n_iterations = n_iterations
   end subroutine search_cells
 
@@ -176,28 +180,32 @@ contains
     end if
   end subroutine try
 
-  !> Put pieces of edges across which the tool goes on smoothly behind all other cells. They are
-  !! nearest only where the search of the surfaces on both sides ends beyond the trim.
-  pure subroutine put_smooth_last(tool, order, n)
+  !> Whether a cell is a piece of an edge across which the tool goes on smoothly. It is nearest only
+  !! where the search of the surfaces on both sides ends beyond their trims.
+  pure logical function is_smooth_edge(tool, cell)
     type(tool_t), intent(in) :: tool
-    integer, intent(inout) :: order(:)
-    integer, intent(inout) :: n          !! cells, then those before
-    integer :: i, last
+    integer, intent(in) :: cell
 
-    i = 1
-    do while (i <= n)
-      if (tool%cells(order(i))%edge > 0) then
-        if (tool%edges(tool%cells(order(i))%edge)%is_smooth) then
-          last = order(n)
-          order(n) = order(i)
-          order(i) = last
-          n = n - 1
-          cycle
-        end if
-      end if
-      i = i + 1
+    is_smooth_edge = tool%cells(cell)%edge > 0
+    if (is_smooth_edge) is_smooth_edge = tool%edges(tool%cells(cell)%edge)%is_smooth
+  end function is_smooth_edge
+
+  !> Try the pieces of smooth edges among some cells that may be nearer than the hit.
+  pure subroutine try_smooth_edges(tool, x, cells, hit)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: cells(:)
+    type(hit_t), intent(inout) :: hit
+    integer :: i, n_iterations
+
+    n_iterations = hit%n_iterations
+    do i = 1, size(cells)
+      if (.not. is_smooth_edge(tool, cells(i))) cycle
+      if (distance_bound(tool%cells(cells(i))%territory, x) > hit%distance) cycle
+      call try_edge(tool, x, tool%cells(cells(i))%edge, 0.0_wp, n_iterations, hit)
     end do
-  end subroutine put_smooth_last
+    hit%n_iterations = n_iterations
+  end subroutine try_smooth_edges
 
   !> The nearest position on a piece of an edge, unless there are nearer ones around it.
   pure subroutine try_edge(tool, x, edge, margin, n_iterations, hit)
