@@ -61,6 +61,8 @@ contains
         surfaces(i)%points = length_factor(model, request)*surfaces(i)%points
       end do
       call find_surface_seams(surfaces, seam_tolerance(model, request, surfaces), seams)
+      ! Solids that touch, and faces that meet in threes: what the file says of their sides counts.
+      if (seams%is_one_sided) seams%is_reversed = .false.
       call orient_surfaces(seams, surfaces)
       if (maxval(seams%group) > 1) then
         call add_warning(errors, request%origin, "surfaces of `"//request%path//"` in "// &
@@ -70,8 +72,8 @@ contains
       end if
       if (seams%is_one_sided) then
         call add_warning(errors, request%origin, "surfaces of `"//request%path//"` whose "// &
-                         "sides cannot be made to agree", "surfaces that meet in pairs and "// &
-                         "have two sides")
+                         "sides cannot be made to agree and stay as they are in it", &
+                         "surfaces that meet in pairs and have two sides")
       end if
       call write_report(model, request, surfaces, taken, reason, seams, report)
     end if

@@ -72,7 +72,8 @@ contains
 
   !> Prepare a tool for contact; surfaces are reversed where their normals do not agree. Rejected:
   !! no surface, weights that are not positive, points that are not finite, a side other than +1 or
-  !! -1, a search distance that is not positive, surfaces whose normals cannot agree across seams.
+  !! -1, a search distance that is not positive, untrimmed surfaces whose normals cannot agree
+  !! across seams.
   subroutine new_tool(tool, name, surfaces, side, search_distance, error)
     type(tool_t), intent(out) :: tool
     character(*), intent(in) :: name
@@ -81,6 +82,7 @@ contains
     real(wp), intent(in) :: search_distance            !! about three sheet thicknesses [length]
     type(error_t), allocatable, intent(out) :: error
     type(surface_seams_t) :: seams
+    integer :: i
 
     call check(name, surfaces, side, search_distance, error)
     if (allocated(error)) return
@@ -90,7 +92,9 @@ contains
     tool%search_distance = search_distance
     if (size(surfaces) > 1) then
       call find_surface_seams(tool%surfaces, seam_tolerance(search_distance), seams)
-      if (seams%is_one_sided) then
+      if (seams%is_one_sided .and. any([(allocated(surfaces(i)%loops), i=1, size(surfaces))])) then
+        seams%is_reversed = .false.   ! as whoever read them has left them
+      else if (seams%is_one_sided) then
         call fail(error, "tool "//name//": the normals of its surfaces cannot agree across "// &
                   "their seams")
         return

@@ -125,7 +125,9 @@ contains
     end do
   end subroutine orient_surfaces
 
-  !> Spread from the first surface of each group along the seams.
+  !> Spread from the first surface of each group along the seams: first of edges that lie on each
+  !! other as a whole, then of the others. Small edges and edges beside a corner may lie on more
+  !! than their own neighbour in part, so where a seam of two parts disagrees, it does not count.
   pure subroutine find_groups(found)
     type(surface_seams_t), intent(inout) :: found
     integer :: i, k, n_groups
@@ -141,13 +143,18 @@ contains
       do while (goes_on)
         goes_on = .false.
         do k = 1, size(found%seams)
-          call spread_over(found%seams(k), found, goes_on)
+          if (found%seams(k)%is_whole) call spread_over(found%seams(k), found, goes_on)
+        end do
+        do k = 1, size(found%seams)
+          if (goes_on) exit
+          if (.not. found%seams(k)%is_whole) call spread_over(found%seams(k), found, goes_on)
         end do
       end do
     end do
     do k = 1, size(found%seams)
       associate (seam => found%seams(k), turned => found%is_reversed(found%seams(k)%surface))
-        if (seam%is_opposite .neqv. (turned(1) .eqv. turned(2))) found%is_one_sided = .true.
+        if (seam%is_whole .and. (seam%is_opposite .neqv. (turned(1) .eqv. turned(2)))) &
+          found%is_one_sided = .true.
       end associate
     end do
   end subroutine find_groups
