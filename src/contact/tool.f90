@@ -13,7 +13,7 @@ module tool
   use bezier, only: bezier_hulls, to_power_form
   use position_code, only: position_code_t, new_position_code
   use tool_cells, only: cell_t, cell_list_t, cut_surface, append_edge
-  use trim_curve, only: curve_point
+  use trim_curve, only: curve_point, trim_loop_t
   use trim_loops, only: rectangle_loop
   use surface_trim, only: trim_t, new_trim, is_inside
   use tool_edges, only: tool_edge_t, edge_link_t, cut_edges, link_edges
@@ -228,6 +228,7 @@ contains
   !> Prepare the trims, if a surface has one. Then those without have their border as their edge.
   subroutine set_trims(tool)
     type(tool_t), intent(inout) :: tool
+    type(trim_loop_t) :: border(1)
     integer :: s
 
     tool%is_trimmed = any([(allocated(tool%surfaces(s)%loops), s=1, size(tool%surfaces))])
@@ -239,7 +240,8 @@ contains
         if (allocated(surface%loops)) then
           call new_trim(tool%trims(s), surface%axes, surface%loops)
         else
-          call new_trim(tool%trims(s), surface%axes, [rectangle_loop(surface)])
+          border(1) = rectangle_loop(surface)
+          call new_trim(tool%trims(s), surface%axes, border)
         end if
       end associate
     end do
