@@ -94,10 +94,10 @@ def triangles_of(corners):
     return np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
 
 
-def clip(points, triangles, axis, place, side):
-    """The part of a surface where side*(coordinate - place) is not negative."""
-    height = side * (points[:, axis] - place)
-    height[np.abs(height) < 1e-9 * np.ptp(points)] = 0.0
+def clip(points, triangles, height):
+    """The part of a surface where the height of its points is not negative. Columns of the points
+    behind the third are fields, which are carried along."""
+    height = np.where(np.abs(height) < 1e-9 * np.ptp(points[:, :3]), 0.0, height)
     parts, n = [points], len(points)
     inside = (height >= 0)[triangles]
     kept = [triangles[inside.all(axis=1)]]

@@ -49,7 +49,7 @@ def frames_of(results, arguments):
     if arguments.times:
         return [results.frame(time=t) for t in arguments.times]
     if not arguments.tool:
-        return [len(results.times) - 1]
+        return [last_with_edge(results)]
     name, *strokes = arguments.tool
     if name not in results.tools or not strokes:
         raise ResultsError(f"--tool needs one of {', '.join(results.tools)} and strokes")
@@ -59,6 +59,17 @@ def frames_of(results, arguments):
         return [int(np.argmin(np.abs(at_frames - float(stroke)))) for stroke in strokes]
     except ValueError:
         raise ResultsError("strokes must be numbers") from None
+
+
+def last_with_edge(results):
+    """The last frame at which nothing of the sheet is trimmed."""
+    start = results.patches[0].elements_left(0)
+    if start is None:
+        return len(results.times) - 1
+    for frame in reversed(range(len(results.times))):
+        if np.array_equal(results.patches[0].elements_left(frame), start):
+            return frame
+    return 0
 
 
 class Outline:
@@ -100,6 +111,9 @@ class Outline:
     def _outer_edges(self):
         """Edges of the patches that lie on no other edge, as (patch, xi, eta)."""
         edges, middles = [], []
+        first = self.results.patches[0]
+        if first.elements_left(0) is not None:       # such a sheet has one patch
+            return [(first, line, None) for line in first.edge_lines(0)]
         for patch in self.results.patches:
             n = patch.n_elements
             lines = [np.linspace(0, n[d], N_PER_ELEMENT * n[d] + 1) for d in (0, 1)]
@@ -116,7 +130,11 @@ class Outline:
 
     def _line(self, patch, xi, eta, frame):
         zeta = [0.5 * patch.n_elements[2]]
-        if frame is None:
+        if eta is None:                              # an outline
+            points = patch.at("Points", frame or 0, xi, zeta[0])
+            if frame is None:
+                points = points - patch.at("displacement", 0, xi, zeta[0])
+        elif frame is None:
             points = self._start(patch, xi, eta, zeta)
         else:
             points = patch.sample("Points", frame, xi, eta, zeta)

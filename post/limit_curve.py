@@ -33,7 +33,7 @@ def limit_curve(arguments, results):
         return None
     thickness = arguments.thickness
     if thickness is None:
-        thickness = float(np.median(results.patches[0].field("thickness", 0)))
+        thickness = float(np.nanmedian(results.patches[0].field("thickness", 0)))
         if results.unit("VTKHDF/PointData/thickness") not in ("mm", "length"):
             raise ResultsError("the lengths are not in mm: give --thickness in mm")
     return keeler_brazier(arguments.exponent, thickness)

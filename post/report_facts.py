@@ -119,7 +119,7 @@ def steps(results):
 def quality(results):
     """Balance, penetration, added mass and extremes of the last frame."""
     last = len(results.times) - 1
-    thickness = float(np.median(results.patches[0].field("thickness", 0)))
+    thickness = float(np.nanmedian(results.patches[0].field("thickness", 0)))
     mass = float(results.file["provenance/blank_mass"][()])
     yield "largest energy error", percent(np.abs(results.history("energy_error")).max())
     for name, where in (("max_penetration", "at contact points"),
@@ -131,7 +131,7 @@ def quality(results):
     if mass > 0 and "added_mass" in results.file["history"]:
         yield "added mass", percent(results.history("added_mass").max() / mass) + " of the blank"
     for name, label in (("eqps", "equivalent plastic strain"), ("thinning", "thinning")):
-        values = [extreme(results, name, last, function) for function in (np.min, np.max)]
+        values = [extreme(results, name, last, function) for function in (np.nanmin, np.nanmax)]
         yield f"{label} at the end", f"{values[0]:.4g} to {values[1]:.4g}"
 
 

@@ -4,6 +4,7 @@ import os
 
 import h5py
 import numpy as np
+from contourpy import contour_generator
 
 from post import cells, fields
 from post.deck import Deck
@@ -235,6 +236,34 @@ class Patch:
         """From the mid-surface to the top face."""
         return 0.5 * self._values("thickness", frame)[:, None] * self._values("normal", frame)
 
+    def edge_lines(self, frame):
+        """The edges of an outline as lines of places (xi, eta), which count elements from 0."""
+        distance = np.nan_to_num(self.field("edge_distance", frame)[0, :, :, 0], nan=-1e30)
+        xi, eta = (np.arange(size) / self.degree for size in distance.shape[::-1])
+        return contour_generator(xi, eta, distance).lines(0.0)
+
+    def at(self, name, frame, places, zeta):
+        """A vector field at single places (xi, eta), as the cells have it."""
+        zeta_values, weights = np.nan_to_num(self.field(name, frame)), None
+        if self.results.is_bezier:
+            weights = self.field("RationalWeights", frame)
+            zeta_values = np.concatenate([zeta_values * weights, weights], axis=-1)
+        rows = [cells.line_matrix(self.cell_degrees[axis], self.grid[axis], line,
+                                  self.results.is_bezier)
+                for axis, line in enumerate([[zeta], places[:, 1], places[:, 0]])]
+        values = np.einsum("z,ne,nx,zexc->nc", rows[0][0], rows[1], rows[2], zeta_values,
+                           optimize=True)
+        return values if weights is None else values[:, :-1] / values[:, -1:]
+
+    def elements_left(self, frame):
+        """Which elements (eta, xi) an outline leaves, whole or cut; None: there is none."""
+        if "edge_distance" not in self.results.file["VTKHDF/PointData"]:
+            return None
+        is_there = np.isfinite(self.field("edge_distance", frame)[0, :, :, 0])
+        d = self.degree
+        return np.all([is_there[i:is_there.shape[0] - d + i:d, j:is_there.shape[1] - d + j:d]
+                       for i in (0, d) for j in (0, d)], axis=0)
+
     def points(self, name):
         """A dataset of /points of this patch, on the grid of the integration points."""
         group = self.results.file["points"]
@@ -244,6 +273,9 @@ class Patch:
         """A field at a tensor grid of places; places count elements from 0. Vectors are evaluated
         as the cells have them, scalars stay in the range of their nodes."""
         values = self.field(name, frame)
+        if self.elements_left(frame) is not None:
+            # Nodes that no element has left: beyond any edge, and no value.
+            values = np.nan_to_num(values, nan=-1e30 if name == "edge_distance" else 0.0)
         if values.shape[-1] == 1:
             return cells.interpolate_grid(values, (zeta, eta, xi), self.cell_degrees)
         weights = self.field("RationalWeights", frame) if self.results.is_bezier else None

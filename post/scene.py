@@ -46,7 +46,8 @@ class Scene:
         """Add the image of everything behind a plane; tools end at the plane."""
         side = 1.0 if self.middle[:, axis].mean() > place else -1.0
         for part in self.tools:
-            part.points, part.triangles = clip(part.points, part.triangles, axis, place, side)
+            part.points, part.triangles = clip(part.points, part.triangles,
+                                               side * (part.points[:, axis] - place))
         for part in [self.sheet, *self.tools]:
             n = len(part.points)
             part.triangles = np.concatenate([part.triangles, n + part.triangles[:, ::-1]])
@@ -120,14 +121,31 @@ def sheet_skin(results, frame, field, most_parts=SHEET_PARTS):
         for places in faces_of(patch, n_parts):
             grid = patch.sample("Points", frame, *places)
             rows, columns = [size for size in grid.shape[:3] if size > 1]
-            number = n + np.arange(rows * columns).reshape(rows, columns)
+            number = np.arange(rows * columns).reshape(rows, columns)
             corners = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:],
                                 number[1:, :-1]], axis=-1).reshape(-1, 4)
-            points.append(grid.reshape(-1, 3))
-            triangles.append(triangles_of(corners))
-            values.append(magnitude(patch.sample(field, frame, *places)).ravel())
-            n += rows * columns
+            part = np.column_stack([grid.reshape(-1, 3),
+                                    magnitude(patch.sample(field, frame, *places)).ravel()])
+            part, facets = inside_outline(patch, frame, places, part, triangles_of(corners))
+            points.append(part[:, :3])
+            triangles.append(n + facets)
+            values.append(part[:, 3])
+            n += len(part)
     return Part("sheet", np.concatenate(points), np.concatenate(triangles), np.concatenate(values))
+
+
+def inside_outline(patch, frame, places, points, triangles):
+    """The part of a face of the sheet that its outline leaves."""
+    is_left = patch.elements_left(frame)
+    if is_left is None:
+        return points, triangles
+    distance = patch.sample("edge_distance", frame, *places).ravel()
+    _, eta, xi = np.meshgrid(*places[::-1], indexing="ij")
+    element = [np.clip(place.ravel()[triangles].mean(axis=1).astype(int), 0, size - 1)
+               for place, size in zip((xi, eta), patch.n_elements)]
+    points, triangles = clip(points, triangles[is_left[element[1], element[0]]], distance)
+    used, numbers = np.unique(triangles, return_inverse=True)
+    return points[used], numbers.reshape(triangles.shape)
 
 
 def faces_of(patch, n_parts):
@@ -152,9 +170,20 @@ def element_lines(patch, frame, n_parts):
     n = patch.n_elements
     fine = [np.linspace(0, n[d], n_parts * n[d] + 1) for d in range(2)]
     for zeta in (0, n[2]):
-        yield patch.sample("Points", frame, fine[0], np.arange(n[1] + 1), [zeta])[0]
-        across = patch.sample("Points", frame, np.arange(n[0] + 1), fine[1], [zeta])[0]
-        yield np.swapaxes(across, 0, 1)
+        for along in (0, 1):
+            places = [fine[0], np.arange(n[1] + 1)] if along == 0 else \
+                [np.arange(n[0] + 1), fine[1]]
+            lines = patch.sample("Points", frame, *places, [zeta])[0].swapaxes(0, along)
+            if patch.elements_left(frame) is not None:
+                distance = patch.sample("edge_distance", frame, *places, [zeta])[0, ..., 0]
+                lines = pieces(lines, distance.swapaxes(0, along) > 0)
+            yield lines
+
+
+def pieces(lines, is_in):
+    """The pieces of lines between places that are both inside, each a line."""
+    both = is_in[:, :-1] & is_in[:, 1:]
+    return np.stack([lines[:, :-1][both], lines[:, 1:][both]], axis=1)
 
 
 def tool_parts(results, frame):

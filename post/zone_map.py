@@ -32,6 +32,9 @@ class Layer:
         self.patch, self.n_elements = patch, patch.n_elements
         self.zeta = [PLACES[layer] * patch.n_elements[2]]
 
+    def elements_left(self, frame):
+        return self.patch.elements_left(frame)
+
     def sample(self, name, frame, xi, eta, zeta):
         if name not in STRAINS:
             return self.patch.sample(name, frame, xi, eta, zeta)

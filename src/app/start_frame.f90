@@ -64,6 +64,9 @@ contains
       setup%patches(p)%name = model%bodies%blank%parts(p)%element%name
       setup%patches(p)%solid = model%bodies%blank%parts(p)%element%body()
       setup%patches(p)%rule = model%bodies%blank%parts(p)%element%rule
+      associate (ties => model%bodies%blank%parts(p)%element%ties)
+        if (allocated(ties%share)) setup%patches(p)%share = ties%share
+      end associate
     end do
     allocate (setup%tools(size(scene%tools)))
     do i = 1, size(scene%tools)
@@ -88,7 +91,7 @@ contains
     setup%is_surface = scene%output%is_surface
     setup%fields = output_fields(count([scene%output%has_pressure, scene%output%has_wear]), &
                                  scene%output%has_stress, scene%output%has_resultants, &
-                                 scene%output%is_surface)
+                                 scene%output%is_surface, size(model%trims) > 0)
     setup%width_ratio = model%width_ratio
     setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
                        /model%bodies%blank%mass_factor

@@ -163,6 +163,7 @@ contains
     type(inertia_t), intent(out) :: inertia
     type(run_t) :: run
     type(error_t), allocatable :: error
+    type(string_t), allocatable :: notes(:)
     logical :: is_first
     real(wp) :: rate, dt, time, skipped, first_step, start, finish
     integer(int64) :: last_shown
@@ -191,7 +192,8 @@ contains
         call show_progress(model, run, last_shown)
       end do
       if (size(model%later_steps) == 0) exit
-      call enter_next_step(model, run)
+      call enter_next_step(model, run, notes, error)
+      if (allocated(error)) exit
     end do
     call cpu_time(finish)
     inertia%is_complete = .true.

@@ -31,7 +31,7 @@ module contact
   private
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, &
-            carry_contact, schedule_tests
+            carry_contact, schedule_tests, trim_contact
 
   !> Counts over all calls; `n_touching` of the last call.
   type :: contact_statistics_t
@@ -721,9 +721,56 @@ contains
 
     contact%tiles%test_at = 0.0_wp
     contact%test_at = 0.0_wp
-    if (.not. present(stride)) return
-    contact%test_at = huge(1.0_wp)
-    where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
+    if (present(stride)) then
+      contact%test_at = huge(1.0_wp)
+      where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
+    end if
+    if (allocated(contact%secondary%whole_area)) then
+      where (contact%secondary%area <= 0.0_wp) contact%test_at = huge(1.0_wp)
+    end if
   end subroutine schedule_tests
+
+  !> Give the points the areas that an outline leaves them, and springs in proportion. A point without
+  !! area touches nothing any more.
+  subroutine trim_contact(contact, area, lost)
+    type(contact_t), intent(inout) :: contact
+    real(wp), intent(in) :: area(contact%secondary%n_points)      !! see `areas_inside`
+    real(wp), intent(out) :: lost                 !! energy of springs that are gone [energy]
+    real(wp) :: ratio(size(area))
+    integer :: i
+
+    associate (before => contact%secondary%area)
+      if (.not. allocated(contact%secondary%whole_area)) contact%secondary%whole_area = before
+      ratio = area/max(before, tiny(1.0_wp))
+      before = area
+    end associate
+    lost = 0.0_wp
+    do i = 1, size(area)
+      if (contact%stiffness(i) > 0.0_wp) &
+        lost = lost + 0.5_wp*(1.0_wp - min(ratio(i), 1.0_wp))*sum(contact%force(i, :)**2) &
+                      /contact%stiffness(i)
+    end do
+    contact%stiffness = contact%stiffness*min(ratio, 1.0_wp)
+    do i = 1, 3
+      contact%force(:, i) = contact%force(:, i)*min(ratio, 1.0_wp)
+    end do
+    if (allocated(contact%damping)) then
+      contact%damping%constant = contact%damping%constant*min(ratio, 1.0_wp)
+    end if
+    where (area <= 0.0_wp)
+      contact%test_at = huge(1.0_wp)
+      contact%face = 0
+      contact%start = no_contact
+    end where
+    if (allocated(contact%friction)) then
+      do i = 1, 3
+        where (area <= 0.0_wp) contact%friction%stretch(i, :) = 0.0_wp
+      end do
+    end if
+    do i = 1, size(contact%tiles)
+      contact%tiles(i)%test_at = earliest_test(contact%tiles(i), contact%secondary%n_along, &
+                                               contact%test_at)
+    end do
+  end subroutine trim_contact
 
 end module contact

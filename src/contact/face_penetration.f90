@@ -24,7 +24,8 @@ module face_penetration
   implicit none
   private
 
-  public :: deep_point_t, depth_samples_t, new_depth_samples, find_deepest, element_sizes, &
+  public :: deep_point_t, depth_samples_t, new_depth_samples, trim_samples, find_deepest, &
+            element_sizes, &
             points_of_element
 
   real(wp), parameter :: bent = 0.9_wp           !! cosine between normals at the ends of a cell
@@ -285,6 +286,25 @@ contains
       allocate (samples%wake(sum(product(samples%last - samples%first + 1, 1))), source=0.0_wp)
     end associate
   end subroutine new_depth_samples
+
+  !> Leave out the samples whose contact points have no area: an outline leaves them outside.
+  pure subroutine trim_samples(samples, contact)
+    type(depth_samples_t), intent(inout) :: samples
+    type(contact_t), intent(in) :: contact
+    integer :: t, i, j, k, point
+
+    k = 0
+    do t = 1, size(contact%tiles)
+      do j = samples%first(2, t), samples%last(2, t)
+        do i = samples%first(1, t), samples%last(1, t)
+          k = index_of(samples, t, i, j)
+          point = samples%near_1(i) + contact%secondary%n_along(1)*(samples%near_2(j) - 1)
+          if (contact%secondary%area(point) <= 0.0_wp) samples%wake(k) = huge(1.0_wp)
+        end do
+      end do
+      samples%wake_at(t) = minval(samples%wake(samples%before(t) + 1:k))
+    end do
+  end subroutine trim_samples
 
   !> Give each sample to the contact point that is nearest to it in its element, and to the tile of
   !! this, whose travel so bounds its motion. A tile ends with the first sample of the next one.

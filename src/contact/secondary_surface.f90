@@ -10,12 +10,14 @@ module secondary_surface
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives, span_table, n_spans, &
                          greville
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
+  use outline, only: region_t, is_inside
   implicit none
   private
 
   public :: secondary_line_t, area_rule_t, new_secondary_line, new_area_rule, secondary_surface_t, &
             new_secondary_surface, new_sample_surface, secondary_positions, row_positions, &
-            point_position, indices_of, scatter_forces, gather_forces, add_gathered
+            point_position, indices_of, scatter_forces, gather_forces, add_gathered, &
+            areas_inside
 
   integer, parameter, public :: points_gauss = 1      !! Gauss points of each element
   integer, parameter, public :: points_knot = 2       !! the distinct knots
@@ -54,6 +56,7 @@ module secondary_surface
     real(wp), allocatable :: weights(:, :)      !! of the control points, shape (n_net)
     real(wp), allocatable :: inverse_w(:, :)    !! 1/(sum N w) at the points, shape (n_along)
     real(wp), allocatable :: area(:)            !! reference area of a point [area], (n_points)
+    real(wp), allocatable :: whole_area(:)      !! without an outline; allocated where there is one
   end type secondary_surface_t
 
 contains
@@ -447,6 +450,58 @@ contains
     if (any(kinds == points_greville)) call set_exact_areas(secondary, kinds, area)
     secondary%area = reshape(area, [secondary%n_points])
   end subroutine set_areas
+
+  !> Areas of the points of a face with an outline: in each element they are the part of the whole
+  !! ones that lies inside, and points outside give theirs to the nearest one of the element inside,
+  !! where there is one.
+  function areas_inside(secondary, lines1, lines2, share, regions) result(area)
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(in) :: lines1(:), lines2(:)    !! ends of the elements
+    real(wp), intent(in) :: share(:, :)             !! of the elements that is inside
+    type(region_t), intent(in) :: regions(:)        !! in the parameters of the face
+    real(wp) :: area(secondary%n_along(1), secondary%n_along(2))
+    integer :: e1(secondary%n_along(1)), e2(secondary%n_along(2)), i, j, k, l, best(2)
+    logical :: is_in(secondary%n_along(1), secondary%n_along(2))
+    real(wp) :: distance, nearest
+
+    associate (xi => secondary%lines(1)%xi, eta => secondary%lines(2)%xi)
+      e1 = [(min(max(count(lines1 <= xi(i)), 1), size(share, 1)), i=1, size(xi))]
+      e2 = [(min(max(count(lines2 <= eta(j)), 1), size(share, 2)), j=1, size(eta))]
+      if (allocated(secondary%whole_area)) then
+        area = reshape(secondary%whole_area, shape(area))
+      else
+        area = reshape(secondary%area, shape(area))
+      end if
+      area = area*share(e1, e2)
+      is_in = area > 0.0_wp
+      do j = 1, size(eta)
+        do i = 1, size(xi)
+          if (.not. is_in(i, j) .or. share(e1(i), e2(j)) >= 1.0_wp) cycle
+          is_in(i, j) = is_inside(regions, [xi(i), eta(j)])
+        end do
+      end do
+      do j = 1, size(eta)
+        do i = 1, size(xi)
+          if (is_in(i, j) .or. area(i, j) <= 0.0_wp) cycle
+          nearest = huge(nearest)
+          best = [i, j]
+          do l = 1, size(eta)
+            if (e2(l) /= e2(j)) cycle
+            do k = 1, size(xi)
+              if (e1(k) /= e1(i) .or. .not. is_in(k, l)) cycle
+              distance = (xi(k) - xi(i))**2 + (eta(l) - eta(j))**2
+              if (distance >= nearest) cycle
+              nearest = distance
+              best = [k, l]
+            end do
+          end do
+          if (all(best == [i, j])) cycle
+          area(best(1), best(2)) = area(best(1), best(2)) + area(i, j)
+          area(i, j) = 0.0_wp
+        end do
+      end do
+    end associate
+  end function areas_inside
 
   !> From the moments of the basis functions to weights of Greville points that integrate all of
   !! them, so that a uniform pressure is one on the control points too. Strong grading may make such

@@ -32,6 +32,7 @@ contains
     do i = 1, secondary%n_points
       call search_tool(tool, x(i, :) - tool%displacement, 0.0_wp, .false., hit)
       gaps(i) = huge(1.0_wp)
+      if (secondary%area(i) <= 0.0_wp) cycle   ! outside an outline
       if (hit%face /= 0 .and. .not. is_beside(tool, hit, 0.0_wp)) gaps(i) = hit%gap
     end do
     !$omp end parallel do

@@ -8,6 +8,7 @@ module all_keywords
   use material_keywords, only: read_materials
   use test_keywords, only: read_tests
   use blank_keywords, only: read_blank
+  use outline_keywords, only: read_outlines
   use tool_keywords, only: read_tools, read_placements
   use motion_keywords, only: read_amplitudes, read_tool_motions
   use contact_keywords, only: read_contacts, read_beads
@@ -50,6 +51,7 @@ contains
     call set_keyword(table, "MATERIAL TEST", read=read_tests, read_test=read_tests)
     call set_keyword(table, "BLANK", names=names_patch, is_required=.true., read=read_blank)
     call set_keyword(table, "PATCH", names=names_patch)
+    call set_keyword(table, "BLANK OUTLINE", read=read_outlines)
     call set_keyword(table, "TOOL", names=names_tool, read=read_tools)
     call set_keyword(table, "TOOL PLACEMENT", read=read_placements)
     call set_keyword(table, "AMPLITUDE", names=names_curve, read=read_amplitudes)
@@ -69,6 +71,7 @@ contains
     call set_keyword(table, "STEP", bounds_step)
     call set_keyword(table, "END STEP", bounds_step)
     call set_keyword(table, "MODEL CHANGE", needs_step, read=read_changes)
+    call set_keyword(table, "TRIM", needs_step)
     call set_keyword(table, "DYNAMIC", inside_step, read=read_steps)
     call set_keyword(table, "STATIC", inside_step)
     call set_keyword(table, "BULK VISCOSITY", in_first_step)

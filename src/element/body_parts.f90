@@ -4,6 +4,7 @@ module body_parts
   use text, only: to_text
   use state_store, only: state_store_t, carry_array
   use patch_seams, only: seams_t, collect, sum_groups, distribute
+  use outline_ties, only: collect_forces, lead_points
   use block_law, only: block_law_t
   use element, only: part_t, force_report_t, merge_reports
   use shell_joints, only: shell_joints_t, add_joint_forces
@@ -11,7 +12,7 @@ module body_parts
   private
 
   public :: forces_of_parts, end_forces_of_parts, elastic_copies, set_inertia
-  public :: share_internal_forces, share_external_forces, carry_fields
+  public :: share_internal_forces, share_external_forces, lead_edges, has_edges, carry_fields
 
   !> A field on the control points or the integration points of one part.
   type, public :: field_t
@@ -117,16 +118,44 @@ contains
     end do
     call sum_groups(seams, 1)
     do p = 1, size(parts)
-      call distribute(seams, p, size(parts(p)%element%mass), 1, parts(p)%element%inertia)
+      associate (element => parts(p)%element)
+        call distribute(seams, p, size(element%mass), 1, element%inertia)
+        ! What has no mass follows others or stays where it is: any inertia does.
+        where (element%inertia <= 0.0_wp) element%inertia = maxval(element%mass)
+      end associate
     end do
   end subroutine set_inertia
 
-  !> Sum up the internal forces that meet at seams.
+  !> Give control points at the edges of outlines the velocities of those that they follow.
+  subroutine lead_edges(parts)
+    type(part_t), intent(inout) :: parts(:)
+    integer :: p
+
+    do p = 1, size(parts)
+      if (parts(p)%element%ties%n > 0) &
+        call lead_points(parts(p)%element%ties, parts(p)%element%motion%v)
+    end do
+  end subroutine lead_edges
+
+  !> Does any control point follow others so?
+  pure logical function has_edges(parts)
+    type(part_t), intent(in) :: parts(:)
+    integer :: p
+
+    has_edges = any([(parts(p)%element%ties%n > 0, p=1, size(parts))])
+  end function has_edges
+
+  !> Sum up the internal forces that meet at seams, and bring those at edges of outlines to what
+  !! leads there.
   subroutine share_internal_forces(parts, seams)
     type(part_t), intent(inout) :: parts(:)
     type(seams_t), intent(inout) :: seams
     integer :: p
 
+    do p = 1, size(parts)
+      if (parts(p)%element%ties%n > 0) &
+        call collect_forces(parts(p)%element%ties, parts(p)%element%motion%internal_force)
+    end do
     if (seams%n_groups == 0) return
     do p = 1, size(parts)
       call collect(seams, p, size(parts(p)%element%mass), 3, parts(p)%element%motion%internal_force)
@@ -138,12 +167,16 @@ contains
     end do
   end subroutine share_internal_forces
 
-  !> Sum up the forces from outside that meet at seams.
+  !> The same of the forces from outside.
   subroutine share_external_forces(parts, seams)
     type(part_t), intent(inout) :: parts(:)
     type(seams_t), intent(inout) :: seams
     integer :: p
 
+    do p = 1, size(parts)
+      if (parts(p)%element%ties%n > 0) &
+        call collect_forces(parts(p)%element%ties, parts(p)%element%motion%external_force)
+    end do
     if (seams%n_groups == 0) return
     do p = 1, size(parts)
       call collect(seams, p, size(parts(p)%element%mass), 3, parts(p)%element%motion%external_force)

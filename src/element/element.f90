@@ -5,12 +5,15 @@
 !! `element_kinds`. Nobody else asks which kind an element is.
 module element
   use kinds, only: wp
+  use failure, only: error_t, fail
   use text, only: string_t, to_text, append_text
   use state_store, only: state_store_t, carry_field
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t, solid_face, evaluate_solid
   use nurbs_surface, only: nurbs_surface_t
   use block_law, only: block_law_t
+  use outline, only: region_t
+  use outline_ties, only: outline_ties_t
   implicit none
   private
 
@@ -58,6 +61,13 @@ module element
     !> Factors on the mass of differences through the thickness, (n1, n2); see `thickness_masses`.
     real(wp), allocatable :: column_factor(:, :)
     type(motion_t) :: motion
+    !> Of a sheet with an outline: what of it is there, in the parameters of axes 1 and 2, and the
+    !! control points that follow others at its edge.
+    type(region_t), allocatable :: regions(:)
+    type(outline_ties_t) :: ties
+    !> How far inside the outline the places are that divide each element equally by the highest
+    !! degree of the grid: exact where it is cut, NaN where no element is left, (n, m) [length].
+    real(wp), allocatable :: edge_distance(:, :)
     integer :: n_fields = 0                    !! temperature and field variables of the deck
     !> These at the control points, now and at the start of the run, (n1, n2, n3, n_fields).
     real(wp), allocatable, dimension(:, :, :, :) :: nodal, nodal_start
@@ -69,6 +79,7 @@ module element
     procedure(element_interface), deferred :: read_element
     procedure(kernel_interface), deferred :: kernel_name
     ! These serve a kind that has no more to say on the matter.
+    procedure :: trim => no_trim
     procedure :: trial_forces => forces_of_a_copy
     procedure :: end_forces => forces_ahead
     procedure :: read_points => read_elements
@@ -99,7 +110,7 @@ module element
     procedure :: new_fields => new_nodal_fields
     procedure :: spread_fields => keep_fields
     procedure :: fields_at => no_fields
-    procedure, non_overridable :: is_own_face, can_touch
+    procedure, non_overridable :: is_own_face, can_touch, is_outside
   end type element_t
 
   !> A part of a body, of any kind.
@@ -439,6 +450,26 @@ contains
                           (block - 1)/(n(1)*n(2)) + 1], [3, 1])
     end associate
   end function element_of_number
+
+  !> Keep what lies in these regions as well as in those before. Mass, stress and state of what
+  !! stays are kept; the inertia of all parts is to be set anew.
+  subroutine no_trim(self, regions, law, error)
+    class(element_t), intent(inout) :: self
+    type(region_t), intent(in) :: regions(:)       !! in the parameters of axes 1 and 2
+    class(block_law_t), intent(in) :: law
+    type(error_t), allocatable, intent(out) :: error
+
+    call fail(error, "an outline of elements that are not shells")
+  end subroutine no_trim
+
+  !> Does an element lie outside of the outline?
+  pure logical function is_outside(self, element)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: element(3)
+
+    is_outside = .false.
+    if (allocated(self%ties%share)) is_outside = self%ties%share(element(1), element(2)) <= 0.0_wp
+  end function is_outside
 
   !> Raise all masses by a factor. A kind with viscosity takes that of the heavier material, so that
   !! the damping ratios stay and the stable step grows with the root of the factor.

@@ -45,6 +45,12 @@ FIELDS = ["patch%n_control", "first", "x", "v"]
 SHELL_BASIS = [*BASIS_1, "patch%lanes%bends(1, 1, 1, block%b)",
                "patch%lanes%weights(1, 1, block%b)",
                *BASIS_2, "patch%axes(2)%bends(1, 1, block%e2)", "patch%axes(2)%weights"]
+# Points that lie anywhere in their elements, as many as there are along both axes of the sheet.
+CUT_COUNTS = ["p(1)", "p(2)", "q(1)*q(2)", "1", "q(3)"]
+CUT_BASIS = [f"patch%lanes%cut%{name}(1, 1, 1, cut)" for name in
+             ("values1", "slopes1", "bends1")] + ["patch%lanes%cut%weights(1, 1, cut)"] \
+    + [f"patch%lanes%cut%{name}(1, 1, 1, cut)" for name in ("values2", "slopes2", "bends2")] \
+    + ["[1.0_wp]"]
 SHELL_RATIONAL = ["points%rational(1, 1, 1, block%number)"]
 SHELL_STATE = ["points%metric(1, 1, 1, block%number)", "points%thickness(1, 1, block%number)",
                "points%through(1, 1, 1, block%number)",
@@ -144,15 +150,23 @@ def strip_arguments(*_):
             *AXIS_1, *AXIS_3, *STATE, "motion", "lower", "upper", "side", "sums", "ok"]
 
 
-def shell_arguments(_, is_rational):
-    return ["law", "dt", "n_viscous", "viscous", "u", *SHELL_BASIS,
+def shell_arguments(_, is_rational, basis=SHELL_BASIS):
+    return ["law", "dt", "n_viscous", "viscous", "u", *basis,
             "patch%axes(3)%abscissae", "patch%axes(3)%weights",
             *SHELL_RATIONAL*is_rational, *SHELL_STATE, "f", "sums", "ok"]
 
 
-def metric_arguments(_, is_rational):
-    return ["u", *[item for item in SHELL_BASIS if "weights" not in item],
+def metric_arguments(_, is_rational, basis=SHELL_BASIS):
+    return ["u", *[item for item in basis if "weights" not in item and item != "[1.0_wp]"],
             *SHELL_RATIONAL*is_rational, "metric"]
+
+
+def cut_arguments(is_fixed, is_rational):
+    return shell_arguments(is_fixed, is_rational, CUT_BASIS)
+
+
+def cut_metric_arguments(is_fixed, is_rational):
+    return metric_arguments(is_fixed, is_rational, CUT_BASIS)
 
 
 LAW = ("block_law", "block_law_t")
@@ -177,6 +191,11 @@ KERNELS = [
            SHELL_RULES, SHELL_COUNTS, shell_arguments),
     Kernel("kl_metric", "block_metric", "Fundamental forms of shells", "shell_kernel.inc",
            ["METRIC"], [], SHELL_RULES, SHELL_COUNTS, metric_arguments),
+    Kernel("kl_cut", "block_forces", "Block force kernel of cut shells", "shell_kernel.inc",
+           ["SCATTERED"], [LAW, ("plane_stress", "areal_modulus, thinning_ratio")],
+           [], CUT_COUNTS, cut_arguments),
+    Kernel("kl_cutmetric", "block_metric", "Fundamental forms of cut shells", "shell_kernel.inc",
+           ["SCATTERED", "METRIC"], [], [], CUT_COUNTS, cut_metric_arguments),
 ]
 
 

@@ -19,7 +19,7 @@ module stable_step
   use spurious_modes, only: dense_stiffness
   use thickness_masses, only: column_directions, shrink_differences
   use shell_joints, only: shell_joints_t
-  use body_parts, only: forces_of_parts, elastic_copies, share_internal_forces
+  use body_parts, only: forces_of_parts, elastic_copies, share_internal_forces, lead_edges
   use linear_algebra, only: eigenvalues, tridiagonal_eigensystem
   implicit none
   private
@@ -216,6 +216,7 @@ contains
         largest = max(largest, maxval(abs(v)))
       end associate
     end do
+    call lead_edges(bodies)
     ! Small beside the thinnest element, so that the force is linear in it to six digits.
     scaling = 1.0e-7_wp*smallest/largest
     call forces_of_parts(bodies, seams, law, scaling, report, .true., springs)

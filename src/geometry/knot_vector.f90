@@ -11,6 +11,7 @@ module knot_vector
   private
 
   public :: knot_vector_t, new_knot_vector, find_span, basis_derivatives, n_spans, span_table, &
+            breaks, &
             greville, cut_to_range, insert_knot, linear_axis, constant_axis
 
   integer, parameter, public :: max_degree = 5   !! highest polynomial degree the code serves
@@ -96,6 +97,14 @@ contains
 
     n_spans = count(kv%knots(kv%degree + 2:kv%n_basis + 1) > kv%knots(kv%degree + 1:kv%n_basis))
   end function n_spans
+
+  !> Knots that differ, rising: the ends of the elements.
+  pure function breaks(kv) result(knots)
+    type(knot_vector_t), intent(in) :: kv
+    real(wp) :: knots(n_spans(kv) + 1)
+
+    knots = [kv%knots(span_table(kv)), kv%knots(size(kv%knots))]
+  end function breaks
 
   !> Spans of positive length in rising order, as `find_span` numbers them.
   pure function span_table(kv) result(spans)

@@ -5,15 +5,17 @@ module contact_effect
   use element, only: element_t, part_t, motion_t
   use blank, only: assembly_t
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
-  use secondary_surface, only: scatter_forces
+  use knot_vector, only: breaks
+  use secondary_surface, only: secondary_surface_t, scatter_forces, areas_inside
   use tool, only: tool_t, to_tool_frame, torque_of
-  use contact, only: contact_t, apply_contact, carry_contact, schedule_tests
+  use contact, only: contact_t, apply_contact, carry_contact, schedule_tests, trim_contact
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
-  use face_penetration, only: depth_samples_t, deep_point_t, find_deepest
+  use face_penetration, only: depth_samples_t, deep_point_t, find_deepest, trim_samples
   implicit none
   private
 
-  public :: contact_pairs, net_of_pair, forget_depths, measure_depths, depth_of
+  public :: contact_pairs, net_of_pair, trim_pair, trim_surface
+  public :: forget_depths, measure_depths, depth_of
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
@@ -86,6 +88,36 @@ contains
     end associate
     call parts(pair%part)%element%face_net(pair%face, net)
   end subroutine net_of_pair
+
+  !> Leave out what lies outside of the blank's outline. What the springs of those points hold is
+  !! gone with them.
+  subroutine trim_pair(pair, body)
+    type(contact_effect_t), intent(inout) :: pair
+    class(element_t), intent(in) :: body
+    type(secondary_surface_t) :: trimmed
+    real(wp) :: lost
+
+    if (.not. allocated(body%regions)) return
+    trimmed = pair%pair%secondary
+    call trim_surface(trimmed, body)
+    call trim_contact(pair%pair, trimmed%area, lost)
+    call trim_samples(pair%samples, pair%pair)
+    pair%energy = pair%energy - lost
+    pair%external_work = pair%external_work - lost
+  end subroutine trim_pair
+
+  !> Areas of the points of a face that the outline of the blank leaves.
+  subroutine trim_surface(secondary, body)
+    type(secondary_surface_t), intent(inout) :: secondary
+    class(element_t), intent(in) :: body
+
+    if (.not. allocated(body%regions)) return
+    if (.not. allocated(secondary%whole_area)) secondary%whole_area = secondary%area
+    associate (axes => body%grid%axes)
+      secondary%area = reshape(areas_inside(secondary, breaks(axes(1)), breaks(axes(2)), &
+                                            body%ties%share, body%regions), [secondary%n_points])
+    end associate
+  end subroutine trim_surface
 
   !> For all pairs among effects a new greatest depth begins.
   subroutine forget_depths(effects)

@@ -70,6 +70,9 @@ module display_fields
     !> Of shells: N11 N22 N12 M11 M22 M12, (6, q1, q2, e1, e2); missing unless asked for.
     real(wp), allocatable :: resultants(:, :, :, :, :)
     type(face_field_t), allocatable :: contacts(:)         !! may be missing
+    !> Of a sheet with an outline: how far inside the display points of a layer are, NaN where
+    !! nothing is left of it [length]; may be missing.
+    real(wp), allocatable :: edge_distance(:, :)
   end type patch_frame_t
 
   !> Where the display points of a surface of a tool are.
@@ -128,11 +131,13 @@ contains
 
   !> All output fields in the order of the file. Threads start with the last entries: long ones come
   !! late.
-  function output_fields(n_contact, has_stress, has_resultants, is_surface) result(entries)
+  function output_fields(n_contact, has_stress, has_resultants, is_surface, has_outline) &
+    result(entries)
     integer, intent(in) :: n_contact    !! contact fields: 0 none, 1 pressure, 2 and wear
     logical, intent(in) :: has_stress   !! stress tensor
     logical, intent(in), optional :: has_resultants   !! of shells
     logical, intent(in), optional :: is_surface       !! the mid-surface of shells is shown
+    logical, intent(in), optional :: has_outline      !! of a sheet
     type(field_entry_t), allocatable :: entries(:)
     integer :: n_layers
 
@@ -156,8 +161,12 @@ contains
     if (has_stress) call add_entry(entries, in_layers(n_layers, display_field_t("stress", &
       "stress", "Cauchy stress (NaN on tools)", n_components=6, &
       components="xx, yy, zz, xy, yz, xz")), stress_tensor)
-    if (.not. present(has_resultants)) return
-    if (has_resultants) call add_entry(entries, resultant_fields(), resultants_on_patch)
+    if (present(has_resultants)) then
+      if (has_resultants) call add_entry(entries, resultant_fields(), resultants_on_patch)
+    end if
+    if (.not. present(has_outline)) return
+    if (has_outline) call add_entry(entries, [display_field_t("edge_distance", "length", &
+      "distance inside the outline of the sheet, negative outside (NaN on tools)")], edge_on_patch)
   end function output_fields
 
   !> Thickness and what follows from both faces.
@@ -293,6 +302,19 @@ contains
       view%eqps = [point_grid(1, view%rule_size, view%grid%n_elements, frame%eqps)]
     end select
   end subroutine derive_part
+
+  !> The same through the thickness.
+  subroutine edge_on_patch(view, frame, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    if (.not. allocated(frame%edge_distance)) then
+      values = huge(1.0_wp)
+      return
+    end if
+    values(:, 1) = [spread(frame%edge_distance, 3, view%grid%n(3))]
+  end subroutine edge_on_patch
 
   subroutine displacement_on_patch(view, frame, values)
     type(patch_view_t), intent(in) :: view

@@ -1,6 +1,6 @@
 !> What a frame shows: its fields at the display points of blank and tools.
 module frame_values
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use display_grid, only: display_directors, display_grid_t, display_thickness, display_vectors, &
@@ -28,6 +28,8 @@ module frame_values
     character(:), allocatable :: name
     type(nurbs_solid_t) :: solid                        !! at the start
     type(gauss_rule_t) :: rule(3)                       !! integration points of an element
+    !> Part of each element along the sheet that its outline leaves at the start; may be missing.
+    real(wp), allocatable :: share(:, :)
   end type display_patch_t
 
   !> A tool to be shown.
@@ -78,7 +80,8 @@ contains
     real(wp), allocatable, intent(out) :: weights(:)   !! of the display points
     type(surface_mesh_t), allocatable :: meshes(:)
     integer, allocatable :: tools(:), surfaces(:)      ! of each mesh
-    integer :: i, s, job, n_patches
+    integer(int64), allocatable :: nodes(:, :)
+    integer :: i, s, job, n_patches, type_of_cell
 
     display%tools = setup%tools
     display%is_bezier = setup%is_bezier
@@ -101,7 +104,7 @@ contains
           view%solid = patch%solid
           view%rule_size = patch%rule%n
           view%grid = new_display_grid(patch%solid, patch%rule, setup%is_bezier, setup%is_surface)
-          view%geometry = new_point_geometry(patch%solid, patch%rule)
+          view%geometry = new_point_geometry(patch%solid, patch%rule, patch%share)
           view%thickness = thickness_of(view%grid, patch%solid)
         end associate
       else
@@ -116,15 +119,16 @@ contains
     do i = 1, n_patches
       associate (grid => display%patches(i)%grid)
         if (grid%is_surface) then
-          call add_cells(cells, cells_on_grid(grid%degree, grid%n_elements(:2), &
-                                              size(weights, kind=int64)), &
-                         vtk_lagrange_quadrilateral, 0)
+          nodes = cells_on_grid(grid%degree, grid%n_elements(:2), size(weights, kind=int64))
+          type_of_cell = vtk_lagrange_quadrilateral
         else
-          call add_cells(cells, cells_on_grid(grid%degree, grid%n_elements, &
-                                              size(weights, kind=int64)), &
-                         merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, &
-                               display%is_bezier), 0)
+          nodes = cells_on_grid(grid%degree, grid%n_elements, size(weights, kind=int64))
+          type_of_cell = merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, display%is_bezier)
         end if
+        if (allocated(setup%patches(i)%share)) &
+          nodes = nodes(:, pack([(s, s=1, size(nodes, 2))], [spread(setup%patches(i)%share &
+                        > 0.0_wp, 3, size(nodes, 2)/size(setup%patches(i)%share))]))
+        call add_cells(cells, nodes, type_of_cell, 0)
         weights = [weights, grid%weights]
       end associate
       display%last(i) = size(weights)
@@ -209,6 +213,8 @@ contains
           values(first:last, from:to) = ieee_value(1.0_wp, ieee_quiet_nan)
           if (associated(entry%on_patch)) &
             call entry%on_patch(display%patches(p), frame%patches(p), values(first:last, from:to))
+          if (allocated(frame%patches(p)%edge_distance)) &
+            call blank_out(frame%patches(p)%edge_distance, values(first:last, from:to))
         end associate
       end if
     end do
@@ -220,6 +226,21 @@ contains
     end do
     !$omp end do
   end subroutine fill_values
+
+  !> NaN where nothing is left of a sheet.
+  pure subroutine blank_out(edge_distance, values)
+    real(wp), intent(in) :: edge_distance(:, :)    !! of the points of a layer, NaN there
+    real(wp), intent(inout) :: values(:, :)
+    integer :: i, n
+
+    n = size(edge_distance, 1)
+    do i = 1, size(values, 1)
+      associate (at => mod(i - 1, size(edge_distance)))
+        if (ieee_is_nan(edge_distance(mod(at, n) + 1, at/n + 1))) &
+          values(i, :) = ieee_value(1.0_wp, ieee_quiet_nan)
+      end associate
+    end do
+  end subroutine blank_out
 
   subroutine fill_tools(display, frame, columns, points, values)
     type(display_t), intent(in) :: display

@@ -25,9 +25,12 @@ module point_geometry
 contains
 
   !> Geometry at the points of `rule` in every element.
-  pure function new_point_geometry(solid, rule) result(geometry)
+  pure function new_point_geometry(solid, rule, share) result(geometry)
     type(nurbs_solid_t), intent(in) :: solid
     type(gauss_rule_t), intent(in) :: rule(3)
+    !> Part of each element along the sheet that counts, over which its points share the volume;
+    !! absent or not allocated: all of it.
+    real(wp), allocatable, intent(in), optional :: share(:, :)
     type(point_geometry_t) :: geometry
     real(wp), allocatable :: positions(:, :), tangents(:, :, :), measure(:), line(:)
     real(wp) :: points(size(solid%weights), 3)
@@ -55,7 +58,22 @@ contains
       measure = [(measure*line(i), i=1, size(line))]
     end do
     geometry%volumes = measure*determinants(tangents)
+    if (.not. present(share)) return
+    if (allocated(share)) geometry%volumes = geometry%volumes*parts_of(geometry%n, rule%n, share)
   end function new_point_geometry
+
+  !> The part of its element for each point of the grid.
+  pure function parts_of(n, rule_size, share) result(parts)
+    integer, intent(in) :: n(3), rule_size(3)
+    real(wp), intent(in) :: share(:, :)
+    real(wp) :: parts(product(n))
+    integer :: i, at(2)
+
+    do i = 1, size(parts)
+      at = [mod(i - 1, n(1)), mod((i - 1)/n(1), n(2))]/rule_size(:2) + 1
+      parts(i) = share(at(1), at(2))
+    end do
+  end function parts_of
 
   !> Major and minor principal logarithmic strain in the sheet's plane, that is between the
   !! tangents of xi and eta: half the logarithm of the eigenvalues of the current metric with

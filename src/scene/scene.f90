@@ -7,6 +7,7 @@ module scene
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t
+  use outline, only: polygon_t
   use law_spec, only: law_spec_t
   use knot_vector, only: knot_vector_t, greville
   implicit none
@@ -65,6 +66,17 @@ module scene
     logical :: is_smooth = .false.          !! it projects onto the splines of the patch
     integer :: n_samples(3) = 0             !! of the projection, per direction; 0: default
   end type blank_spec_t
+
+  !> Closed curves, projected along an axis of space onto the sheet, and which side of them stays.
+  type, public :: outline_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    integer :: step = 0                     !! at whose start the rest is cut away, 0: the blank is so
+    integer :: axis = 3                     !! of the projection: 1 x, 2 y, 3 z
+    logical :: is_outside = .false.         !! what lies outside of them stays
+    !> Corners by the two other coordinates: y z, z x or x y [length].
+    type(polygon_t), allocatable :: polygons(:)
+  end type outline_spec_t
 
   !> A value against time, linear between the rows and constant outside.
   type, public :: curve_spec_t
@@ -278,6 +290,7 @@ module scene
     character(:), allocatable :: heading, units
     type(material_spec_t), allocatable :: materials(:)
     type(blank_spec_t) :: blank
+    type(outline_spec_t), allocatable :: outlines(:)   !! those of the blank first
     type(curve_spec_t), allocatable :: curves(:)
     type(tool_spec_t), allocatable :: tools(:)
     type(motion_spec_t), allocatable :: motions(:)

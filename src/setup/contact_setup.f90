@@ -14,7 +14,8 @@ module contact_setup
   use start_gaps, only: initial_gap, face_gaps
   use element, only: element_t
   use blank, only: face_slice, blank_t
-  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs, net_of_pair
+  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs, net_of_pair, &
+                            trim_pair, trim_surface
   use face_penetration, only: new_depth_samples, find_deepest
   use contact_fields, only: new_contact_fields
   use surface_grid, only: element_size_of, lines
@@ -108,6 +109,7 @@ contains
         call add_error(errors, spec%origin, error%message, "contact points that fit the blank")
         return
       end if
+      call trim_surface(secondary, body)
       bounds = face_slice(body%grid%axes%n_basis, face)
       pair%name = "contact "//tool%name//" "//trim(face_names(face))
       if (size(blank_spec%patches) > 1) pair%name = pair%name//" "//body%name
@@ -138,6 +140,7 @@ contains
       if (body%is_own_face(face)) allocate (pair%net, pair%net_force, mold=pair%pair%motion%now)
       call new_depth_samples(pair%samples, pair%pair, tool, body%surface(face), pair%thickness, &
                              findloc(face_axes(face), across, dim=1))
+      call trim_pair(pair, body)
       if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, errors)
       if (model%output%has_pressure) then
         allocate (pair%fields)   ! on cells about as large as the elements of the face
@@ -185,6 +188,8 @@ contains
     n = body%grid%axes(face_axes(face))%n_basis
     mass = reshape(body%mass(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
                              bounds(3, 1):bounds(3, 2)), n)
+    ! Those outside an outline, or that follow others at its edge, limit no spring.
+    where (mass <= 0.0_wp) mass = maxval(mass)
   end function face_mass
 
   !> Of the two large faces the one that is nearer to the tool; 0 where the tool faces neither.

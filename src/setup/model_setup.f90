@@ -21,6 +21,7 @@ module model_setup
   use stability_setup, only: set_stable_step, add_thickness_scaling, add_damping, share_penalties
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: blank_t, new_blank, columns_of
+  use blank_trim, only: cut_blank
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
   use boundary_setup, only: members_t, find_members, add_supports, curve_of
   use element_kinds, only: reduce_to_plane
@@ -54,6 +55,7 @@ contains
     model%step_starts = [0.0_wp]
     allocate (model%probes, source=scene%probes)
     call build_blank(scene, model, errors, library)
+    if (n_errors(errors) == before) call set_outline(scene, model, errors)
     call start_tools(scene, model%bodies%tools, errors)
     call set_motions(scene, model)
     if (n_errors(errors) > before) return
@@ -222,6 +224,34 @@ contains
       end if
     end associate
   end subroutine build_blank
+
+  !> Cut the blank to its outline, and keep what later steps will cut.
+  subroutine set_outline(scene, model, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    type(error_list_t), intent(inout) :: errors
+    type(error_t), allocatable :: error
+    integer :: i
+
+    allocate (model%trims(0))
+    if (.not. allocated(scene%outlines)) return
+    deallocate (model%trims)
+    allocate (model%trims(size(scene%outlines)))
+    do i = 1, size(model%trims)
+      associate (spec => scene%outlines(i), trim => model%trims(i))
+        trim%name = spec%name
+        trim%step = spec%step
+        trim%axis = spec%axis
+        trim%is_outside = spec%is_outside
+        trim%polygons = spec%polygons
+        if (spec%step > 0) cycle
+        call cut_blank(trim, model%bodies%blank, error)
+        if (.not. allocated(error)) cycle
+        call add_error(errors, spec%origin, error%message, "curves that keep a part of the sheet")
+        return
+      end associate
+    end do
+  end subroutine set_outline
 
   !> A rule that leaves deformations without energy is refused, and one that serves is named.
   subroutine check_rule(spec, patch, across, errors)

@@ -69,8 +69,12 @@ contains
       before(p + 1) = before(p) + size(parts(p)%element%mass)
     end do
     call find_roots(before, seams, fixed, root, held)
-    allocate (ties(count(root /= [(c, c=1, size(root))] .and. .not. held)))
+    call hold_idle(before, parts, root, held)
+    allocate (ties(count(root /= [(c, c=1, size(root))] .and. .not. held) + n_followers(parts)))
     t = 0
+    do p = 1, size(parts)
+      call add_followers(before(p), parts(p)%element, t, ties)
+    end do
     do c = 1, size(root)
       if (root(c) == c .or. held(c)) cycle
       t = t + 1
@@ -80,6 +84,93 @@ contains
     end do
     call new_unknowns(held, ties, map, error)
   end subroutine find_unknowns
+
+  !> Control points outside of outlines are held; those that follow others at their edges leave the
+  !! groups that they are in, of which another member becomes the root.
+  pure subroutine hold_idle(before, parts, root, held)
+    integer, intent(in) :: before(:)
+    type(part_t), intent(in) :: parts(:)
+    integer, intent(inout) :: root(:)
+    logical, intent(inout) :: held(:)
+    logical :: is_free(size(root))
+    integer :: heir(size(root)), p, i, c, n(3), layer
+
+    if (.not. any([(allocated(parts(p)%element%ties%is_idle), p=1, size(parts))])) return
+    is_free = .true.
+    do p = 1, size(parts)
+      associate (ties => parts(p)%element%ties)
+        if (.not. allocated(ties%is_idle)) cycle
+        n = shape(parts(p)%element%mass)
+        do i = 1, product(n)
+          layer = mod(i - 1, n(1)*n(2))
+          associate (at => [mod(layer, n(1)) + 1, layer/n(1) + 1], c => 3*(before(p) + i - 1))
+            if (ties%is_free(at(1), at(2))) cycle
+            is_free(c + 1:c + 3) = .false.
+            held(c + 1:c + 3) = ties%is_idle(at(1), at(2))
+          end associate
+        end do
+      end associate
+    end do
+    heir = 0
+    do c = 1, size(root)
+      if (.not. is_free(c)) then
+        root(c) = c
+      else if (.not. is_free(root(c))) then
+        if (heir(root(c)) == 0) heir(root(c)) = c
+        root(c) = heir(root(c))
+      end if
+    end do
+  end subroutine hold_idle
+
+  pure integer function n_followers(parts) result(n)
+    type(part_t), intent(in) :: parts(:)
+    integer :: p
+
+    n = sum([(3*parts(p)%element%ties%n*size(parts(p)%element%mass, 3), p=1, size(parts))])
+  end function n_followers
+
+  !> Ties of the control points that follow others at the edges of outlines.
+  pure subroutine add_followers(n_before, element, n, ties)
+    integer, intent(in) :: n_before               !! control points of the parts before
+    class(element_t), intent(in) :: element
+    integer, intent(inout) :: n                   !! ties so far
+    type(tie_t), intent(inout) :: ties(:)
+    integer :: t, c, k, i, j, size_of(3), m
+
+    size_of = shape(element%mass)
+    associate (edge => element%ties)
+      do t = 1, edge%n
+        do k = 1, size_of(3)
+          do c = 1, 3
+            n = n + 1
+            ties(n)%component = component_at(edge%follower(:, t))
+            m = count(abs(spread(edge%coefficient1(:, t), 2, size(edge%coefficient2, 1)) &
+                          *spread(edge%coefficient2(:, t), 1, size(edge%coefficient1, 1))) > 0.0_wp)
+            allocate (ties(n)%leaders(m), ties(n)%coefficients(m))
+            m = 0
+            do j = 1, size(edge%coefficient2, 1)
+              do i = 1, size(edge%coefficient1, 1)
+                associate (factor => edge%coefficient1(i, t)*edge%coefficient2(j, t))
+                  if (.not. abs(factor) > 0.0_wp) cycle
+                  m = m + 1
+                  ties(n)%leaders(m) = component_at(edge%leader(:, t) + [i, j] - 1)
+                  ties(n)%coefficients(m) = factor
+                end associate
+              end do
+            end do
+          end do
+        end do
+      end do
+    end associate
+
+  contains
+
+    pure integer function component_at(at)
+      integer, intent(in) :: at(2)
+
+      component_at = 3*(n_before + at(1) - 1 + size_of(1)*(at(2) - 1 + size_of(2)*(k - 1))) + c
+    end function component_at
+  end subroutine add_followers
 
   !> The first of the components that each moves with, and whether one of them is held.
   pure subroutine find_roots(before, seams, fixed, root, held)

@@ -6,6 +6,7 @@ module central_difference
   use kinds, only: wp
   use timer, only: start_watch, stop_watch
   use effect, only: apply_effects
+  use body_parts, only: has_edges, lead_edges
   use model, only: model_t
   use rigid_motion, only: move_tool
   use energy_balance, only: add_impulse
@@ -13,7 +14,7 @@ module central_difference
   implicit none
   private
 
-  public :: advance, update_velocities, update_positions
+  public :: advance, update_velocities, update_positions, moves_through
 
   integer, parameter :: parallel_size = 1500   !! fewer control points are not worth waking threads
 
@@ -83,6 +84,13 @@ contains
     end do
   end subroutine move_row
 
+  !> May control points move as soon as their velocities are known?
+  pure logical function moves_through(model)
+    type(model_t), intent(in) :: model
+
+    moves_through = size(model%supports) == 0 .and. .not. has_edges(model%bodies%blank%parts)
+  end function moves_through
+
   !> Half-step velocities, then the components with boundary conditions.
   subroutine update_velocities(model, run, is_balanced, is_through)
     type(model_t), intent(inout) :: model
@@ -104,6 +112,7 @@ contains
     call add_impulse(run%balance, model%forces, run%instant%dt_mean)
     call stop_watch(model%timer, run%watch_motion)
     call apply_effects(model%supports, model%timer, model%bodies, run%instant)
+    call lead_edges(model%bodies%blank%parts)
     call add_impulse(run%balance, model%supports, run%instant%dt_mean)
   end subroutine update_velocities
 

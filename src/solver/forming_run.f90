@@ -4,6 +4,9 @@ module forming_run
   use text, only: string_t, to_text, rounded_text, append_text
   use failure, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
+  use stable_step, only: largest_frequency, viscous_step
+  use blank, only: mass_of
+  use blank_trim, only: cut_blank, trim_pairs
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths
@@ -14,7 +17,7 @@ module forming_run
   use run_log, only: run_log_t, log_line, log_progress, log_lines
   use step_control, only: new_step_control, next_step, is_due, is_penetration_due, &
                           schedule_penetration
-  use central_difference, only: update_velocities, update_positions
+  use central_difference, only: update_velocities, update_positions, moves_through
   use static_step, only: begin_static, take_static_increment, check_static
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use run_frames, only: new_frame, fill_frame, add_frame, release_frames
@@ -115,10 +118,12 @@ contains
                 >= run%control%duration*(1.0_wp - 1.0e-12_wp) .or. any_done(model)
   end function has_ended
 
-  !> Start the next step of the deck at the present time.
-  subroutine enter_next_step(model, run)
+  !> Start the next step of the deck at the present time, with what it cuts from the blank.
+  subroutine enter_next_step(model, run, notes, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
+    type(string_t), allocatable, intent(out) :: notes(:)     !! for the log
+    type(error_t), allocatable, intent(out) :: error
 
     ! A static step begins at rest: no way is left for the forces of what ends.
     call begin_next_step(model, run%instant%time, merge(0.0_wp, run%instant%dt, &
@@ -126,8 +131,49 @@ contains
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
     run%instant%is_static = model%step%is_static
+    call make_cuts(model, run, notes, error)
+    if (allocated(error)) return
     if (model%step%is_static) call begin_static(model, run)
   end subroutine enter_next_step
+
+  !> Cut from the blank what the step that begins trims. The energy that its motion had leaves the
+  !! balances with it.
+  subroutine make_cuts(model, run, notes, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(string_t), allocatable, intent(out) :: notes(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(energy_balance_t) :: before, after
+    real(wp) :: mass, omega
+    integer :: i
+
+    allocate (notes(0))
+    if (.not. any(model%trims%step == model%i_step)) return
+    call take_balances(model, run, before)
+    do i = 1, size(model%trims)
+      if (model%trims(i)%step /= model%i_step) cycle
+      mass = mass_of(model%bodies%blank%parts)
+      call cut_blank(model%trims(i), model%bodies%blank, error)
+      if (allocated(error)) then
+        error%message = "*TRIM, NAME="//model%trims(i)%name//": "//error%message
+        return
+      end if
+      call append_text(notes, "trim       "//model%trims(i)%name//", mass cut away "// &
+                       rounded_text(mass - mass_of(model%bodies%blank%parts)))
+    end do
+    call trim_pairs(model%bodies%blank, model%forces)
+    call trim_pairs(model%bodies%blank, model%later_forces)
+    call take_balances(model, run, after)
+    run%balance%stopped = run%balance%stopped + before%kinetic - after%kinetic
+    run%balance%momentum_at_start = run%balance%momentum_at_start + after%momentum - before%momentum
+    if (model%step%is_static) return
+    associate (blank => model%bodies%blank)
+      call largest_frequency(blank%parts, blank%seams, blank%law, omega, model%rate, blank%joints)
+      model%stable_step = viscous_step(blank%parts, blank%seams, blank%law, omega)
+    end associate
+    run%control = new_step_control(model, run%instant%time)
+    run%control%largest = run%step_factor*run%control%largest
+  end subroutine make_cuts
 
   !> The first half step of an explicit step from rest: an increment without one before it.
   subroutine begin_motion(model, run, rate)
@@ -157,7 +203,7 @@ contains
     type(saver_t), intent(inout) :: saver
     logical, intent(out) :: is_end
     type(error_t), allocatable, intent(out) :: error
-    type(string_t), allocatable :: warnings(:)
+    type(string_t), allocatable :: warnings(:), notes(:)
     real(wp) :: dt, rate
     logical :: is_sample, is_frame, is_balanced, is_through, was_static
 
@@ -174,7 +220,7 @@ contains
     is_through = .false.
     if (.not. model%step%is_static) then
       call advance_step_size(run, rate, is_end, dt)
-      is_through = size(model%supports) == 0 .and. .not. (is_balanced .or. is_frame)
+      is_through = moves_through(model) .and. .not. (is_balanced .or. is_frame)
       call update_velocities(model, run, is_balanced, is_through)
     end if
     if (is_balanced) call check_state(model, run, is_sample, error)
@@ -197,7 +243,9 @@ contains
       call check_relaxation(model, error)
       if (allocated(error)) return
       was_static = model%step%is_static
-      call enter_next_step(model, run)
+      call enter_next_step(model, run, notes, error)
+      call log_lines(log, notes)
+      if (allocated(error)) return
       if (was_static .and. .not. model%step%is_static) call begin_motion(model, run, rate)
       call begin_pace(run)
       call log_step(log, model, run%instant%time)
@@ -243,8 +291,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call advance_step_size(run, rate, .false., dt)
-    call update_velocities(model, run, .false., size(model%supports) == 0)
-    call finish_step(model, run, size(model%supports) == 0, rate, error)
+    call update_velocities(model, run, .false., moves_through(model))
+    call finish_step(model, run, moves_through(model), rate, error)
   end subroutine take_step
 
   !> From the velocities to the forces at the end of the step.

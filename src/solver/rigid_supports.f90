@@ -37,7 +37,7 @@ contains
       best = 0
       do p = 1, size(parts)
         do i = 1, size(fixed(p)%is_fixed)
-          if (.not. is_leader(fixed(p), i)) cycle
+          if (.not. (is_leader(fixed(p), i) .and. is_free(parts(p), i))) cycle
           rest = remainder(taken, rigid_row(parts(p), i, centre, length))
           if (norm2(rest) <= largest*(1.0_wp + 1.0e-9_wp)) cycle
           largest = norm2(rest)
@@ -60,6 +60,7 @@ contains
         held = reshape(fixed(p)%is_fixed, [size(fixed(p)%is_fixed)])
         do i = 1, size(held)
           if (taken%n == 6) return
+          if (.not. is_free(parts(p), i)) cycle
           if (held(i)) call take(taken, rigid_row(parts(p), i, centre, length))
           if (is_leader(fixed(p), i)) cycle
           call take(taken, rigid_row(parts(p), i, centre, length) &
@@ -76,6 +77,21 @@ contains
     is_leader = .true.
     if (allocated(fixed%leader)) is_leader = fixed%leader(i) == i
   end function is_leader
+
+  !> Does a control point move for itself? At the edge of an outline some follow others.
+  pure logical function is_free(part, place)
+    type(part_t), intent(in) :: part
+    integer, intent(in) :: place                   !! of a component in the field as one list
+    integer :: n(3), layer
+
+    is_free = .true.
+    associate (ties => part%element%ties)
+      if (.not. allocated(ties%is_free)) return
+      n = shape(part%element%mass)
+      layer = mod(place - 1, n(1)*n(2))
+      is_free = ties%is_free(mod(layer, n(1)) + 1, layer/n(1) + 1)
+    end associate
+  end function is_free
 
   pure subroutine hold(place, n, is_fixed)
     integer, intent(in) :: place, n(4)

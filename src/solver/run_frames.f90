@@ -58,6 +58,8 @@ contains
       associate (fields => frame%patches(p))
         call model%bodies%blank%parts(p)%element%read_points( &
           model%bodies%blank%law%eqps_state, fields%eqps, fields%stress, fields%state)
+        if (allocated(model%bodies%blank%parts(p)%element%edge_distance)) &
+          fields%edge_distance = model%bodies%blank%parts(p)%element%edge_distance
         if (allocated(fields%resultants)) &
           call model%bodies%blank%parts(p)%element%read_resultants(fields%resultants)
       end associate

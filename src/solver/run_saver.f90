@@ -15,7 +15,7 @@ module run_saver
   use hdf5_file, only: path_of_open
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
-  use run_state, only: run_t, wall_seconds, carry_run, unpack_run
+  use run_state, only: run_t, wall_seconds, carry_run, carry_outlines, unpack_run
   use run_frames, only: release_frames
   use system_files, only: remove_file, sync_file
   implicit none
@@ -352,6 +352,7 @@ contains
     call enter_folder(store, "run")
     call carry(store, "deck_step", model%i_step)
     call carry_array(store, "deck_step_starts", size(model%step_starts), model%step_starts)
+    call carry_outlines(model, store)
     call carry_run(model, run, store)
     call carry_rest(model, run, n_frames, store)
   end subroutine pack_for_file

@@ -10,14 +10,17 @@ module run_state
   use step_control, only: step_control_t, schedule_t, new_step_control
   use energy_balance, only: energy_balance_t
   use timer, only: clock_ticks, ticks_to_seconds
-  use body_parts, only: field_t, carry_fields
+  use body_parts, only: field_t, carry_fields, set_inertia
+  use failure, only: error_t
+  use outline, only: region_t
+  use blank_trim, only: trim_pairs
   use shell_joints, only: carry_joints
   use frames, only: frame_t
   use history, only: history_sample_t
   implicit none
   private
 
-  public :: carry_run, unpack_run, wall_seconds
+  public :: carry_run, carry_outlines, unpack_run, wall_seconds
 
   !> Everything that changes during a run apart from the bodies.
   type, public :: run_t
@@ -72,9 +75,68 @@ contains
     call enter_folder(store, "run")
     call go_to_deck_step(model, run, store)
     if (store%reason /= "") return
+    call carry_outlines(model, store)
+    if (store%reason /= "") return
     call carry_run(model, run, store)
     run%is_resumed = .true.
   end subroutine unpack_run
+
+  !> Put the outlines of the blank, or cut it again as it was cut: the state of its points has
+  !! another shape then.
+  subroutine carry_outlines(model, store)
+    type(model_t), intent(inout) :: model
+    type(state_store_t), intent(inout) :: store
+    type(region_t), allocatable :: regions(:)
+    type(error_t), allocatable :: error
+    integer :: p, n, n_before
+
+    do p = 1, size(model%bodies%blank%parts)
+      associate (element => model%bodies%blank%parts(p)%element)
+        call enter_folder(store, "outline/"//to_text(p))
+        n_before = 0
+        if (allocated(element%regions)) n_before = size(element%regions)
+        n = n_before
+        call carry(store, "n", n)
+        if (n < n_before) store%reason = "the sheet was not cut yet"
+        if (store%reason /= "") return
+        allocate (regions(n))
+        if (n_before > 0) regions(:n_before) = element%regions
+        call carry_regions(store, regions)
+        if (n > n_before) then
+          call element%trim(regions(n_before + 1:), model%bodies%blank%law, error)
+          call set_inertia(model%bodies%blank%parts, model%bodies%blank%seams)
+          call trim_pairs(model%bodies%blank, model%forces)
+          call trim_pairs(model%bodies%blank, model%later_forces)
+        end if
+        deallocate (regions)
+      end associate
+    end do
+  end subroutine carry_outlines
+
+  !> Corners of all polygons.
+  subroutine carry_regions(store, regions)
+    type(state_store_t), intent(inout) :: store
+    type(region_t), intent(inout) :: regions(:)
+    integer :: r, i, n, n_corners
+
+    do r = 1, size(regions)
+      n = 0
+      if (allocated(regions(r)%polygons)) n = size(regions(r)%polygons)
+      call carry(store, "n_"//to_text(r), n)
+      if (.not. allocated(regions(r)%polygons)) allocate (regions(r)%polygons(n))
+      call carry(store, "is_outside_"//to_text(r), regions(r)%is_outside)
+      do i = 1, n
+        associate (polygon => regions(r)%polygons(i), name => to_text(r)//"_"//to_text(i))
+          n_corners = 0
+          if (allocated(polygon%corners)) n_corners = size(polygon%corners, 2)
+          call carry(store, "n_corners_"//name, n_corners)
+          if (.not. allocated(polygon%corners)) allocate (polygon%corners(2, n_corners), &
+                                                          source=0.0_wp)
+          call carry_array(store, "corners_"//name, 2*n_corners, polygon%corners)
+        end associate
+      end do
+    end do
+  end subroutine carry_regions
 
   !> Put or take all but the step of the deck.
   subroutine carry_run(model, run, store)

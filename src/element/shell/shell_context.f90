@@ -6,7 +6,7 @@ module shell_context
   use point_context, only: point_context_t, new_point_context
   use basis_tables, only: n_lanes
   use element, only: grid_number
-  use solid_patch, only: solid_patch_t, shell_points_t, block_t, point_number
+  use solid_patch, only: solid_patch_t, shell_points_t, block_t, point_number, basis_of_row
   use patch_points, only: set_clock
   implicit none
   private
@@ -121,25 +121,23 @@ contains
     real(wp), intent(in) :: u(n_lanes, patch%axes(1)%degree + 1, patch%axes(2)%degree + 1, 3)
     real(wp), intent(out) :: x(n_lanes, 3), normal(n_lanes, 3)
     real(wp), dimension(n_lanes, 3) :: a1, a2
-    integer :: i, j, c, qa, qb
+    real(wp), dimension(n_lanes, patch%axes(1)%degree + 1) :: n1, d1
+    real(wp), dimension(n_lanes, patch%axes(2)%degree + 1) :: n2, d2
+    integer :: i, j, c
 
-    qa = (row - 1)/patch%axes(2)%n_points + 1
-    qb = mod(row - 1, patch%axes(2)%n_points) + 1
     x = 0.0_wp
     a1 = 0.0_wp
     a2 = 0.0_wp
-    associate (n1 => patch%lanes%values(:, :, qa, block%b), two => patch%axes(2), &
-               d1 => patch%lanes%slopes(:, :, qa, block%b), e2 => block%e2)
-      do c = 1, 3
-        do j = 1, two%degree + 1
-          do i = 1, patch%axes(1)%degree + 1
-            x(:, c) = x(:, c) + n1(:, i)*two%values(j, qb, e2)*u(:, i, j, c)
-            a1(:, c) = a1(:, c) + d1(:, i)*two%values(j, qb, e2)*u(:, i, j, c)
-            a2(:, c) = a2(:, c) + n1(:, i)*two%slopes(j, qb, e2)*u(:, i, j, c)
-          end do
+    call basis_of_row(patch, block, row, n1, d1, n2, d2)
+    do c = 1, 3
+      do j = 1, patch%axes(2)%degree + 1
+        do i = 1, patch%axes(1)%degree + 1
+          x(:, c) = x(:, c) + n1(:, i)*n2(:, j)*u(:, i, j, c)
+          a1(:, c) = a1(:, c) + d1(:, i)*n2(:, j)*u(:, i, j, c)
+          a2(:, c) = a2(:, c) + n1(:, i)*d2(:, j)*u(:, i, j, c)
         end do
       end do
-    end associate
+    end do
     if (patch%is_rational) then
       associate (ratios => points%rational(:, :, row, block%number))
         do c = 1, 3
@@ -161,17 +159,17 @@ contains
     type(solid_patch_t), intent(inout) :: patch
     type(shell_points_t), intent(inout) :: points
     real(wp) :: tangents(n_lanes, 4), area(n_lanes)
-    integer :: block, row, layer, q(3), b
+    integer :: block, row, layer, q(3)
 
     q = patch%axes%n_points
     allocate (points%stretch, source=0.0_wp*points%through)
     allocate (points%reference(n_lanes, 4, q(3), q(1)*q(2), patch%n_blocks))
     allocate (patch%element_size(n_lanes, patch%n_blocks))
     do block = 1, patch%n_blocks
-      b = mod(block - 1, patch%lanes%n_blocks) + 1
       area = 0.0_wp
       do row = 1, q(1)*q(2)
         associate (a => points%metric(:, :, row, block))
+          ! Of a whole element, also where an outline cuts it: what a law scales with size stays.
           area = area + patch%axes(1)%weights((row - 1)/q(2) + 1) &
                  *patch%axes(2)%weights(mod(row - 1, q(2)) + 1) &
                  *sqrt(a(:, 1)*a(:, 2) - a(:, 3)**2)

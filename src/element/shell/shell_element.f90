@@ -2,12 +2,14 @@
 !! integration points in plane stress. docs/shells.md has the formulas and their sources.
 module shell_element
   use kinds, only: wp
-  use failure, only: error_t
+  use failure, only: error_t, fail
   use linear_algebra, only: cross
   use state_store, only: state_store_t, carry, carry_field
   use text, only: string_t, append_text, rounded_text, counted
   use gauss_rule, only: gauss_rule_t
-  use knot_vector, only: knot_vector_t, linear_axis
+  use knot_vector, only: knot_vector_t, linear_axis, breaks
+  use outline, only: region_t, join_regions, cut_cells, n_moments
+  use outline_ties, only: new_outline_ties, give_mass, lead_points
   use nurbs_solid, only: nurbs_solid_t, solid_face
   use nurbs_surface, only: nurbs_surface_t
   use block_law, only: block_law_t
@@ -16,10 +18,13 @@ module shell_element
   use element, only: force_report_t, element_t, jacobian_in_span, describe_grid, read_layer, &
                      add_to_layer
   use lumped_mass, only: new_lumped_mass
-  use solid_patch, only: shell_points_t, row_of_point, lane_of_element, place_of_point
+  use solid_patch, only: solid_patch_t, shell_points_t, row_of_point, lane_of_element, &
+                         place_of_point, block_at, basis_at, local_place
   use patch_setup, only: new_tile_buffers
+  use patch_points, only: new_given_fields
   use solid_element, only: solid_element_t
-  use shell_setup, only: mid_surface, new_shell_patch, damp_bending_of
+  use shell_outline, only: mass_inside, carry_over, least_share, distances_inside
+  use shell_setup, only: shortest_length, mid_surface, new_shell_patch, damp_bending_of
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces
   use shell_forces, only: forces_of_shell, shell_kernel_name
@@ -34,6 +39,7 @@ module shell_element
   type, extends(solid_element_t), public :: shell_element_t
     type(shell_points_t) :: points
     type(nurbs_solid_t) :: sheet            !! the sheet as a solid at the start
+    real(wp) :: density = 0.0_wp            !! of the law, without what scaling has added
     type(shell_faces_t) :: faces            !! what belongs to the shape of the last look at them
     integer :: seen = -2                    !! force evaluations before that look, -2: none yet
     !> At the control points when it was last looked at, see `look_at_faces`, (n1, n2) [length].
@@ -43,6 +49,7 @@ module shell_element
     real(wp), allocatable :: start_faces(:, :, :, :)   !! control points of both at the start
     type(through_fields_t) :: through
   contains
+    procedure :: trim
     procedure :: forces
     procedure :: trial_forces
     procedure :: end_forces => trial_forces
@@ -97,9 +104,9 @@ contains
     element%has_viscosity = element%patch%viscosity%is_active
     element%buffers = new_tile_buffers(element%patch)
     call new_shell_faces(element%faces, element%grid%axes(:2), element%grid%weights(:, :, 1))
-    associate (mass => new_lumped_mass(sheet, law%density))
-      allocate (element%mass, source=reshape(sum(mass, 3), shape(element%grid%weights)))
-    end associate
+    element%density = law%density
+    allocate (element%mass, mold=element%grid%weights)
+    element%mass = mass_now(element)
     call new_through_fields(element%patch, element%points, element%through)
     element%thickness = thickness_of(element)
     allocate (element%thickening, source=0.0_wp*element%thickness)
@@ -115,6 +122,80 @@ contains
       call face_net(element%faces, 6, motion%x, element%thickness, element%start_faces(:, :, 2, :))
     end associate
   end subroutine new_shell_element
+
+  subroutine trim(self, regions, law, error)
+    class(shell_element_t), intent(inout) :: self
+    type(region_t), intent(in) :: regions(:)
+    class(block_law_t), intent(in) :: law
+    type(error_t), allocatable, intent(out) :: error
+    type(region_t), allocatable :: all_regions(:)
+    type(solid_patch_t) :: patch
+    type(shell_points_t) :: points
+    real(wp) :: moments(n_moments, self%n_elements(1), self%n_elements(2)), before
+
+    call join_regions(self%regions, regions, all_regions)
+    associate (axes => self%grid%axes, viscosity => self%patch%viscosity)
+      call cut_cells(all_regions, breaks(axes(1)), breaks(axes(2)), moments)
+      if (.not. any(moments(1, :, :) > 0.0_wp)) then
+        call fail(error, "nothing is left of the sheet")
+        return
+      end if
+      call new_shell_patch(patch, points, self%sheet, self%grid, self%rule, law, &
+                           [viscosity%linear, viscosity%quadratic], error, moments)
+      if (allocated(error)) return
+      if (viscosity%bending > 0.0_wp) call damp_bending_of(patch, points, viscosity%bending)
+      patch%n_fields = self%patch%n_fields
+      if (self%n_fields > 0) call new_given_fields(patch, self%n_fields)
+      before = sum(self%mass)/sum(mass_now(self))
+      call carry_over(self%patch, self%points, self%motion%x, patch, points)
+      patch%viscosity%density = viscosity%density
+      patch%viscosity%wave_speed = viscosity%wave_speed
+    end associate
+    self%patch = patch
+    self%points = points
+    call move_alloc(all_regions, self%regions)
+    self%n_evaluated = n_lanes*product(self%rule%n)*patch%n_blocks
+    self%buffers = new_tile_buffers(patch)
+    self%mass = before*mass_now(self)
+    call new_outline_ties(self%grid%axes(:2), patch%axes(1)%first, patch%axes(2)%first, &
+                          0.25_wp*moments(1, :, :), &
+                          least_share(maxval(points%thickness), shortest_length(points)), self%ties)
+    call give_mass(self%ties, self%mass)
+    self%edge_distance = distances_inside(self%sheet, self%regions, self%ties%share)
+    call keep_pushes(self)
+    if (.not. any(self%ties%is_free)) call fail(error, "nothing but slivers is left of the sheet")
+  end subroutine trim
+
+  !> Fields of the faces for a patch that has changed; what waits on them stays.
+  subroutine keep_pushes(self)
+    type(shell_element_t), intent(inout) :: self
+    type(through_fields_t) :: through
+    integer :: c
+
+    call new_through_fields(self%patch, self%points, through)
+    through%is_watched = self%through%is_watched
+    through%is_pressed = self%through%is_pressed
+    through%push = self%through%push
+    through%normal = self%through%normal
+    self%through = through
+    self%seen = min(self%seen, self%patch%increment - 2)   ! they are looked at anew
+    self%thickness = thickness_of(self)
+    do c = 1, 3
+      where (self%ties%is_idle) self%motion%v(:, :, 1, c) = 0.0_wp
+    end do
+  end subroutine keep_pushes
+
+  !> Lumped mass of the control points, without what scaling has added.
+  function mass_now(self) result(mass)
+    class(shell_element_t), intent(in) :: self
+    real(wp) :: mass(size(self%mass, 1), size(self%mass, 2), 1)
+
+    if (self%patch%lanes%is_trimmed) then
+      mass = mass_inside(self%patch, self%points, self%sheet, self%density)
+    else
+      mass = reshape(sum(new_lumped_mass(self%sheet, self%density), 3), shape(mass))
+    end if
+  end function mass_now
 
   subroutine forces(self, law, dt, report)
     class(shell_element_t), intent(inout) :: self
@@ -341,21 +422,24 @@ contains
     integer, intent(in) :: element(3), point(2)
     real(wp), intent(out) :: t1(3), t2(3)
     real(wp) :: h(4, 0:2), x(4), a(3, 2), normal(3)
-    integer :: i, j, first(2)
+    real(wp) :: one(self%grid%axes(1)%degree + 1, 0:2), two(self%grid%axes(2)%degree + 1, 0:2)
+    integer :: i, j, first(2), at(2)
 
     h = 0.0_wp
-    associate (one => self%patch%axes(1), two => self%patch%axes(2), q => point, e => element)
-      first = [one%first(e(1)), two%first(e(2))] - 1
-      do j = 1, two%degree + 1
-        do i = 1, one%degree + 1
-          x = self%grid%weights(first(1) + i, first(2) + j, 1) &
-              *[self%motion%x(first(1) + i, first(2) + j, 1, :), 1.0_wp]
-          h(:, 0) = h(:, 0) + one%values(i, q(1), e(1))*two%values(j, q(2), e(2))*x
-          h(:, 1) = h(:, 1) + one%slopes(i, q(1), e(1))*two%values(j, q(2), e(2))*x
-          h(:, 2) = h(:, 2) + one%values(i, q(1), e(1))*two%slopes(j, q(2), e(2))*x
-        end do
-      end do
+    at = lane_of_element(self%patch, element)
+    associate (block => block_at(self%patch, at(1)), patch => self%patch)
+      call basis_at(patch, block, at(2), row_of_point(self%rule%n, [point, 1]), one, two)
+      first = [patch%lanes%first(at(2), block%b), patch%axes(2)%first(block%e2)] - 1
     end associate
+    do j = 1, size(two, 1)
+      do i = 1, size(one, 1)
+        x = self%grid%weights(first(1) + i, first(2) + j, 1) &
+            *[self%motion%x(first(1) + i, first(2) + j, 1, :), 1.0_wp]
+        h(:, 0) = h(:, 0) + one(i, 0)*two(j, 0)*x
+        h(:, 1) = h(:, 1) + one(i, 1)*two(j, 0)*x
+        h(:, 2) = h(:, 2) + one(i, 0)*two(j, 1)*x
+      end do
+    end do
     do i = 1, 2
       a(:, i) = h(:3, i) - h(4, i)/h(4, 0)*h(:3, 0)
     end do
@@ -371,14 +455,18 @@ contains
     type(nurbs_solid_t), intent(in) :: grid
     integer, intent(in) :: element(3), point(3)
     real(wp), intent(out) :: j(3, 3), x(3)
+    real(wp) :: local(2)
     integer :: at(2), axis, span(3)
 
+    at = lane_of_element(self%patch, element)
+    local = local_place(self%patch, block_at(self%patch, at(1)), at(2), &
+                        row_of_point(self%rule%n, point))
+    if (self%is_outside(element)) &
+      local = [(self%rule(axis)%points(point(axis)), axis=1, 2)]
     span(:2) = [(self%patch%axes(axis)%first(element(axis)) + self%patch%axes(axis)%degree, &
                  axis=1, 2)]
     span(3) = 1
-    call jacobian_in_span(grid, span, [(self%rule(axis)%points(point(axis)), axis=1, 2), 0.0_wp], &
-                          j, x)
-    at = lane_of_element(self%patch, element)
+    call jacobian_in_span(grid, span, [local, 0.0_wp], j, x)
     j(:, 3) = cross(j(:, 1), j(:, 2))
     j(:, 3) = 0.5_wp*self%points%thickness(at(2), row_of_point(self%rule%n, point), at(1)) &
               *j(:, 3)/norm2(j(:, 3))
@@ -419,10 +507,15 @@ contains
     class(shell_element_t), intent(in) :: self
     type(shell_faces_t), intent(out) :: faces
     real(wp), allocatable, intent(out) :: thickness(:, :)
+    real(wp), allocatable :: field(:, :, :, :)
 
     faces = self%faces
     call find_normals(faces, self%motion%x)
     thickness = thickness_of(self)
+    if (self%ties%n == 0) return
+    field = reshape(thickness, [shape(thickness), 1, 1])
+    call lead_points(self%ties, field)   ! for pictures of the edge
+    thickness = field(:, :, 1, 1)
   end subroutine find_faces
 
   !> A face of the sheet, or an edge, at the start.

@@ -6,7 +6,7 @@ module shell_forces
   use bulk_viscosity, only: viscous_factors, bending_factors
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, shell_points_t, tile_t, tile_buffer_t, block_t, block_at, &
-                         n_blocks_of, next_block
+                         n_blocks_of, next_block, cut_number
   use kernel_dispatch, only: instance_of
   use shell_context, only: placed_law_t, new_placed_law, place_block
   use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
@@ -14,10 +14,12 @@ module shell_forces
   use through_thickness, only: through_fields_t, normal_at_points, add_values
 #include "kl_shell_uses.inc"
 #include "kl_metric_uses.inc"
+#include "kl_cut_uses.inc"
+#include "kl_cutmetric_uses.inc"
   implicit none
   private
 
-  public :: forces_of_shell, set_metric, shell_kernel_of, shell_kernel_name
+  public :: forces_of_shell, set_metric, set_metric_of_block, shell_kernel_of, shell_kernel_name
 
   !> Degrees and points of the tuned instances, as in `kernel_dispatch`.
 #include "shell_rules.inc"
@@ -151,7 +153,7 @@ contains
     real(wp), intent(out) :: sums(n_lanes, 4)
     logical, intent(out) :: ok
     real(wp) :: viscous(n_lanes, 3)
-    integer :: p(3), q(3), n_viscous
+    integer :: p(3), q(3), n_viscous, cut
     logical :: is_pressed, stays
 
     viscous(:, :2) = viscous_factors(patch%viscosity, block%number, dt)
@@ -162,6 +164,13 @@ contains
     points%is_pressed(block%number) = stays
     p = patch%axes%degree
     q = patch%axes%n_points
+    cut = cut_number(patch, block)
+    if (cut > 0) then
+      select case (merge(2, 1, patch%is_rational))
+#include "kl_cut_cases.inc"
+      end select
+      return
+    end if
     select case (points%kernel)
 #include "kl_shell_cases.inc"
     end select
@@ -172,18 +181,26 @@ contains
     type(solid_patch_t), intent(in) :: patch
     type(shell_points_t), intent(inout) :: points
     real(wp), intent(in), contiguous :: x(:, :, :, :)   !! control points (n1, n2, 1, 3) [length]
-    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3)
-    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), metric(n_lanes, 6, patch%together)
-    type(block_t) :: block
     integer :: i
 
     do i = 1, patch%n_blocks
-      block = block_at(patch, i)
-      call gather_motion(patch, block, 0.0_wp, x, x, u, w)
-      call find_metric(patch, points, block, u, metric)
-      points%metric(:, :, :, i) = metric
+      call set_metric_of_block(patch, points, block_at(patch, i), x)
     end do
   end subroutine set_metric
+
+  !> Of the elements of a block.
+  subroutine set_metric_of_block(patch, points, block, x)
+    type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(inout) :: points
+    type(block_t), intent(in) :: block
+    real(wp), intent(in), contiguous :: x(:, :, :, :)
+    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3)
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), metric(n_lanes, 6, patch%together)
+
+    call gather_motion(patch, block, 0.0_wp, x, x, u, w)
+    call find_metric(patch, points, block, u, metric)
+    points%metric(:, :, :, block%number) = metric
+  end subroutine set_metric_of_block
 
   !> Fundamental forms of a block at the positions u.
   subroutine find_metric(patch, points, block, u, metric)
@@ -192,10 +209,17 @@ contains
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: u(*)
     real(wp), intent(out) :: metric(n_lanes, 6, *)
-    integer :: p(3), q(3)
+    integer :: p(3), q(3), cut
 
     p = patch%axes%degree
     q = patch%axes%n_points
+    cut = cut_number(patch, block)
+    if (cut > 0) then
+      select case (merge(2, 1, patch%is_rational))
+#include "kl_cutmetric_cases.inc"
+      end select
+      return
+    end if
     select case (points%kernel)
 #include "kl_metric_cases.inc"
     end select

@@ -8,16 +8,17 @@ module shell_setup
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use block_law, only: block_law_t
-  use basis_tables, only: n_lanes, new_axis_table
+  use basis_tables, only: n_lanes, lane_table_t, new_axis_table, new_trimmed_lanes
   use bulk_viscosity, only: new_viscosity
-  use solid_patch, only: solid_patch_t, shell_points_t, element_of_lane, point_of_row
+  use solid_patch, only: solid_patch_t, shell_points_t, block_t, block_at, element_of_lane, &
+                         local_place, weights_of_row, basis_at
   use patch_setup, only: cut_patch
   use shell_forces, only: set_metric, shell_kernel_of
   use shell_context, only: set_layers
   implicit none
   private
 
-  public :: mid_surface, new_shell_patch, damp_bending_of
+  public :: mid_surface, new_shell_patch, damp_bending_of, shortest_length
 
 contains
 
@@ -52,7 +53,7 @@ contains
   end function mid_surface
 
   !> Tables, tiles and a stress-free state of a mid-surface with the thickness of its solid.
-  subroutine new_shell_patch(patch, points, solid, middle, rule, law, viscosity, error)
+  subroutine new_shell_patch(patch, points, solid, middle, rule, law, viscosity, error, moments)
     type(solid_patch_t), intent(out) :: patch
     type(shell_points_t), intent(out) :: points
     type(nurbs_solid_t), intent(in) :: solid, middle
@@ -60,15 +61,23 @@ contains
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: viscosity(2)             !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
+    real(wp), intent(in), optional :: moments(:, :, :)   !! of what an outline keeps, `cut_cells`
+    type(lane_table_t) :: lanes
     real(wp), allocatable :: lengths(:, :)
-    integer :: axis, n
+    integer :: axis, n, n_tiles
 
     do axis = 1, 3
       patch%axes(axis) = new_axis_table(middle%axes(axis), rule(axis)%points, rule(axis)%weights)
     end do
     patch%is_rational = any(abs(middle%weights/middle%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
     if (patch%is_rational) patch%weights = middle%weights
-    call cut_patch(patch, merge(1, 16, law%is_serial), 1)   ! a law gets each block by itself
+    n_tiles = merge(1, 16, law%is_serial)
+    if (present(moments)) then
+      call new_trimmed_lanes(middle%axes(:2), patch%axes(:2), moments, lanes)
+      call cut_patch(patch, n_tiles, 1, lanes)
+    else
+      call cut_patch(patch, n_tiles, 1)   ! a law gets each block by itself
+    end if
     points%kernel = shell_kernel_of(patch%axes%degree, patch%axes%n_points, patch%is_rational)
     associate (q => patch%axes%n_points)
       n = q(1)*q(2)
@@ -113,40 +122,37 @@ contains
   pure subroutine set_rational(patch, points)
     type(solid_patch_t), intent(in) :: patch
     type(shell_points_t), intent(inout) :: points
-    integer :: block, lane, row, e(3), at(3)
+    integer :: block, lane, row
 
     allocate (points%rational(n_lanes, 6, patch%together, patch%n_blocks))
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
-        e = element_of_lane(patch, block, lane)
         do row = 1, patch%together
-          at = point_of_row(patch%axes%n_points, row, 1)
-          points%rational(lane, :, row, block) = weight_at(patch, e, at)
+          points%rational(lane, :, row, block) = weight_at(patch, block_at(patch, block), lane, row)
         end do
       end do
     end do
   end subroutine set_rational
 
   !> 1/W and W,1 W,2 W,11 W,22 W,12 over W of a point.
-  pure function weight_at(patch, element, point) result(ratios)
+  pure function weight_at(patch, block, lane, row) result(ratios)
     type(solid_patch_t), intent(in) :: patch
-    integer, intent(in) :: element(3), point(3)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: lane, row
     real(wp) :: ratios(6), w
-    real(wp), allocatable :: part(:, :)
+    real(wp) :: one(patch%axes(1)%degree + 1, 0:2), two(patch%axes(2)%degree + 1, 0:2)
+    real(wp) :: part(patch%axes(1)%degree + 1, patch%axes(2)%degree + 1)
 
-    associate (one => patch%axes(1), two => patch%axes(2))
-      part = patch%weights(one%first(element(1)):one%first(element(1)) + one%degree, &
-                           two%first(element(2)):two%first(element(2)) + two%degree, 1)
-      associate (n1 => one%values(:, point(1), element(1)), d1 => one%slopes(:, point(1), &
-                 element(1)), n2 => two%values(:, point(2), element(2)), &
-                 d2 => two%slopes(:, point(2), element(2)))
-        w = dot_product(n1, matmul(part, n2))
-        ratios = [1.0_wp, dot_product(d1, matmul(part, n2)), dot_product(n1, matmul(part, d2)), &
-                  dot_product(one%bends(:, point(1), element(1)), matmul(part, n2)), &
-                  dot_product(n1, matmul(part, two%bends(:, point(2), element(2)))), &
-                  dot_product(d1, matmul(part, d2))]/w
-      end associate
+    associate (i => patch%lanes%first(lane, block%b), j => patch%axes(2)%first(block%e2))
+      part = patch%weights(i:i + patch%axes(1)%degree, j:j + patch%axes(2)%degree, 1)
     end associate
+    call basis_at(patch, block, lane, row, one, two)
+    w = dot_product(one(:, 0), matmul(part, two(:, 0)))
+    ratios = [1.0_wp, dot_product(one(:, 1), matmul(part, two(:, 0))), &
+              dot_product(one(:, 0), matmul(part, two(:, 1))), &
+              dot_product(one(:, 2), matmul(part, two(:, 0))), &
+              dot_product(one(:, 0), matmul(part, two(:, 2))), &
+              dot_product(one(:, 1), matmul(part, two(:, 1)))]/w
   end function weight_at
 
   !> Distance of the faces of the solid along the normal of the mid-surface, and directions of the
@@ -157,8 +163,8 @@ contains
     class(block_law_t), intent(in) :: law
     type(shell_points_t), intent(inout) :: points
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: xi(3), low(3), high(3), x(3), j(3, 3), frame(3, 3)
-    integer :: block, lane, row, e(3), at(3), axis, s, n
+    real(wp) :: xi(3), low(3), high(3), x(3), j(3, 3), frame(3, 3), local(2)
+    integer :: block, lane, row, e(3), axis, s, n
 
     n = patch%axes(3)%n_points
     associate (knots => solid%axes(3)%knots)
@@ -166,11 +172,11 @@ contains
         do lane = 1, n_lanes
           e = element_of_lane(patch, block, lane)
           do row = 1, patch%together
-            at = point_of_row(patch%axes%n_points, row, 1)
+            local = local_place(patch, block_at(patch, block), lane, row)
             do axis = 1, 2
               s = patch%axes(axis)%first(e(axis)) + patch%axes(axis)%degree
               associate (u => solid%axes(axis)%knots(s), v => solid%axes(axis)%knots(s + 1))
-                xi(axis) = u + 0.5_wp*(v - u)*(1.0_wp + patch%axes(axis)%abscissae(at(axis)))
+                xi(axis) = u + 0.5_wp*(v - u)*(1.0_wp + local(axis))
               end associate
             end do
             call evaluate_solid(middle, [xi(:2), 0.5_wp], x, j)
@@ -197,21 +203,27 @@ contains
   pure subroutine set_volumes(patch, points)
     type(solid_patch_t), intent(in) :: patch
     type(shell_points_t), intent(inout) :: points
-    integer :: block, row, at(3), b
+    integer :: block, row
 
     allocate (points%volume, mold=points%thickness)
     do block = 1, patch%n_blocks
-      b = mod(block - 1, patch%lanes%n_blocks) + 1
       do row = 1, patch%together
-        at = point_of_row(patch%axes%n_points, row, 1)
         associate (a => points%metric(:, :, row, block))
-          points%volume(:, row, block) = patch%lanes%weights(:, at(1), b) &
-            *patch%axes(2)%weights(at(2))*sqrt(a(:, 1)*a(:, 2) - a(:, 3)**2) &
-            *points%thickness(:, row, block)
+          points%volume(:, row, block) = weights_of_row(patch, block_at(patch, block), row) &
+            *sqrt(a(:, 1)*a(:, 2) - a(:, 3)**2)*points%thickness(:, row, block)
         end associate
       end do
     end do
   end subroutine set_volumes
+
+  !> Shortest axis of all elements in the surface.
+  pure real(wp) function shortest_length(points) result(length)
+    type(shell_points_t), intent(in) :: points
+    real(wp), allocatable :: lengths(:, :)
+
+    call find_lengths(points, lengths)
+    length = minval(lengths)
+  end function shortest_length
 
   !> Shortest axis of each element in the surface: 2 over the root of the largest eigenvalue of the
   !! inverse metric at its points.

@@ -11,7 +11,8 @@
 module through_thickness
   use kinds, only: wp
   use basis_tables, only: n_lanes
-  use solid_patch, only: solid_patch_t, shell_points_t, tile_buffer_t, block_t, block_at, tile_t
+  use solid_patch, only: solid_patch_t, shell_points_t, tile_buffer_t, block_t, block_at, tile_t, &
+                         cut_number
   use patch_setup, only: new_tile_buffers
   use block_gather, only: weigh_block
   use solid_forces, only: gather_field, gather_weights, add_forces
@@ -19,7 +20,7 @@ module through_thickness
   private
 
   public :: new_through_fields, add_push, take_pushes, normal_at_points, add_values, &
-            thickness_now
+            thickness_now, volumes_of_cut
 
   !> Fields on the control points, as those of a patch with one control point across.
   type, public :: through_fields_t
@@ -50,6 +51,8 @@ contains
     allocate (one, mold=points%thickness)
     one = 1.0_wp
     fields%volume = sums_of(patch, points, one)
+    ! Control points that nothing inside an outline reaches have no thickness.
+    where (fields%volume <= 0.0_wp) fields%volume = 1.0_wp
   end subroutine new_through_fields
 
   !> Thickness at the control points now, from the integration points.
@@ -61,6 +64,20 @@ contains
 
     thickness = sums_of(patch, points, points%thickness)/fields%volume
   end function thickness_now
+
+  !> Volumes at the start that the control points have of elements that an outline cuts.
+  function volumes_of_cut(patch, points) result(volumes)
+    type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(in) :: points
+    real(wp) :: volumes(patch%n_control(1), patch%n_control(2))
+    real(wp) :: is_cut(size(points%thickness, 1), size(points%thickness, 2), patch%n_blocks)
+    integer :: b
+
+    do b = 1, patch%n_blocks
+      is_cut(:, :, b) = merge(1.0_wp, 0.0_wp, cut_number(patch, block_at(patch, b)) > 0)
+    end do
+    volumes = sums_of(patch, points, is_cut)
+  end function volumes_of_cut
 
   !> Values of the integration points, summed with their volumes by the basis functions.
   function sums_of(patch, points, values) result(total)
@@ -122,9 +139,16 @@ contains
 
     call gather_field(patch, block, 2, 1.0_wp, normal, u)
     if (patch%is_rational) call weigh_block(size(u, 1), 2, w, u)
-    call to_points(patch%axes(1)%degree, patch%axes(2)%degree, patch%axes(1)%n_points, &
-                   patch%axes(2)%n_points, patch%lanes%values(:, :, :, block%b), &
-                   patch%axes(2)%values(:, :, block%e2), u, values)
+    associate (p => patch%axes%degree, q => patch%axes%n_points, cut => patch%lanes%cut, &
+               k => cut_number(patch, block))
+      if (k > 0) then
+        call to_scattered(p(1), p(2), q(1)*q(2), cut%values1(:, :, :, k), cut%values2(:, :, :, k), &
+                          u, values)
+      else
+        call to_points(p(1), p(2), q(1), q(2), patch%lanes%values(:, :, :, block%b), &
+                       patch%axes(2)%values(:, :, block%e2), u, values)
+      end if
+    end associate
     if (.not. patch%is_rational) return
     do c = 1, 2
       values(:, c, :) = values(:, c, :)*points%rational(:, 1, :, block%number)
@@ -157,6 +181,42 @@ contains
     end do
   end subroutine to_points
 
+  !> The same for points that lie anywhere in their elements.
+  pure subroutine to_scattered(p1, p2, n, n1, n2, u, values)
+    integer, intent(in) :: p1, p2, n
+    real(wp), intent(in) :: n1(8, p1 + 1, n), n2(8, p2 + 1, n), u(8, p1 + 1, p2 + 1, 2)
+    real(wp), intent(out) :: values(8, 2, n)
+    integer :: c, k, i, j
+
+    values = 0.0_wp
+    do k = 1, n
+      do c = 1, 2
+        do j = 1, p2 + 1
+          do i = 1, p1 + 1
+            values(:, c, k) = values(:, c, k) + n1(:, i, k)*n2(:, j, k)*u(:, i, j, c)
+          end do
+        end do
+      end do
+    end do
+  end subroutine to_scattered
+
+  !> The transposed of `to_scattered`, of one field.
+  pure subroutine from_scattered(p1, p2, n, n1, n2, h, f)
+    integer, intent(in) :: p1, p2, n
+    real(wp), intent(in) :: n1(8, p1 + 1, n), n2(8, p2 + 1, n), h(8, n)
+    real(wp), intent(out) :: f(8, p1 + 1, p2 + 1)
+    integer :: k, i, j
+
+    f = 0.0_wp
+    do k = 1, n
+      do j = 1, p2 + 1
+        do i = 1, p1 + 1
+          f(:, i, j) = f(:, i, j) + n1(:, i, k)*n2(:, j, k)*h(:, k)
+        end do
+      end do
+    end do
+  end subroutine from_scattered
+
   !> Add values at the points of a block, times their volumes, to the sums of its control points:
   !! the transposed of `normal_at_points`.
   subroutine add_values(patch, points, tile, block, w, values, sums, border)
@@ -172,9 +232,16 @@ contains
 
     h = points%volume(:, :, block%number)*values
     if (patch%is_rational) h = h*points%rational(:, 1, :, block%number)
-    call from_points(patch%axes(1)%degree, patch%axes(2)%degree, patch%axes(1)%n_points, &
-                     patch%axes(2)%n_points, patch%lanes%values(:, :, :, block%b), &
-                     patch%axes(2)%values(:, :, block%e2), h, f)
+    associate (p => patch%axes%degree, q => patch%axes%n_points, cut => patch%lanes%cut, &
+               k => cut_number(patch, block))
+      if (k > 0) then
+        call from_scattered(p(1), p(2), q(1)*q(2), cut%values1(:, :, :, k), &
+                            cut%values2(:, :, :, k), h, f)
+      else
+        call from_points(p(1), p(2), q(1), q(2), patch%lanes%values(:, :, :, block%b), &
+                         patch%axes(2)%values(:, :, block%e2), h, f)
+      end if
+    end associate
     call add_forces(patch, tile, block, w, f, sums, border)
   end subroutine add_values
 

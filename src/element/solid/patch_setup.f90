@@ -7,7 +7,7 @@ module patch_setup
   use knot_vector, only: knot_vector_t, span_table
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
-  use basis_tables, only: n_lanes, new_axis_table, new_lane_table
+  use basis_tables, only: n_lanes, new_axis_table, new_lane_table, lane_table_t
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, element_of_lane, point_of_row, &
                          n_elements_of
   use bulk_viscosity, only: new_viscosity
@@ -68,15 +68,21 @@ contains
   end subroutine complete_patch
 
   !> Cut a patch into blocks and tiles.
-  subroutine cut_patch(patch, n_tiles, n_together)
+  subroutine cut_patch(patch, n_tiles, n_together, lanes)
     type(solid_patch_t), intent(inout) :: patch
     integer, intent(in) :: n_tiles                   !! at most so many tiles
     integer, intent(in) :: n_together                !! so many elements a tile, if there are
+    type(lane_table_t), intent(in), optional :: lanes   !! with an outline; absent: all elements
     integer :: n, t
 
     patch%n_control = patch%axes%n_basis
-    patch%lanes = new_lane_table(patch%axes(1))
-    patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
+    if (present(lanes)) then
+      patch%lanes = lanes
+      patch%n_blocks = lanes%n_blocks*patch%axes(3)%n_elements
+    else
+      patch%lanes = new_lane_table(patch%axes(1))
+      patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
+    end if
     do n = n_tiles, 1, -1
       patch%tiles = new_tiles(patch, n)
       if (all([(n_elements_of(patch, patch%tiles(t)), t=1, size(patch%tiles))] >= n_together)) exit
@@ -144,6 +150,10 @@ contains
     integer :: n_rows, n_shares, row, share, t
 
     n_rows = min(patch%axes(2)%n_elements, target_count)
+    if (patch%lanes%is_trimmed) then
+      tiles = trimmed_tiles(patch, n_rows)
+      return
+    end if
     n_shares = 1
     ! Eight tiles of whole rows, which own control points, need less time than sixteen of half rows.
     if (n_rows < 8) n_shares = max(1, min(patch%lanes%n_blocks, target_count/n_rows))
@@ -169,6 +179,35 @@ contains
       end do
     end do
   end function new_tiles
+
+  !> Tiles of whole rows with about the same number of blocks.
+  pure function trimmed_tiles(patch, n_rows) result(tiles)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: n_rows
+    type(tile_t) :: tiles(n_rows)
+    integer :: t, last, n
+
+    n = patch%axes(2)%n_elements
+    last = 0
+    do t = 1, n_rows
+      associate (tile => tiles(t), rows => patch%lanes%row_first, two => patch%axes(2))
+        tile%row_first = last + 1
+        last = last + 1
+        do while (last < n - (n_rows - t))
+          if (t < n_rows .and. (rows(last + 1) - 1)*n_rows >= t*patch%lanes%n_blocks) exit
+          last = last + 1
+        end do
+        tile%row_last = last
+        tile%block_first = rows(tile%row_first)
+        tile%block_last = rows(last + 1) - 1
+        tile%control_last(1) = patch%n_control(1)
+        tile%control_first(2) = two%first(tile%row_first)
+        tile%control_last(2) = two%first(last) + two%degree
+        tile%own_last = tile%control_last(2)
+        if (t < n_rows) tile%own_last = two%first(last + 1) - 1
+      end associate
+    end do
+  end function trimmed_tiles
 
   !> Force buffers of all tiles, for the rows that they do not own.
   pure function new_tile_buffers(patch, n_fields) result(buffers)

@@ -286,6 +286,9 @@ contains
 
     at = place_of_point(self%patch, point)
     do b = 1, self%patch%lanes%n_blocks
+      if (self%patch%lanes%is_trimmed) then
+        if (self%patch%lanes%row(b) /= element(2)) cycle
+      end if
       block = block_number(self%patch, b, element(2), element(3))
       do lane = 1, n_lanes
         if (self%patch%lanes%element(lane, b) == element(1)) &

@@ -8,6 +8,7 @@ module solid_patch
 
   public :: element_of_lane, lane_of_element, block_at, block_number, n_blocks_of, next_block
   public :: n_elements_of, next_group
+  public :: cut_number, local_place, weights_of_row, basis_at, basis_of_row
   public :: is_counted_lane, row_of_point, place_of_point, point_of_row, point_number
 
   integer, parameter, public :: most_in_group = 16   !! blocks
@@ -34,7 +35,8 @@ module solid_patch
     real(wp), allocatable :: force(:, :, :, :)
   end type tile_buffer_t
 
-  !> Tables and state of a patch. Blocks are numbered along axis 1 first, then axis 2, axis 3.
+  !> Tables and state of a patch. Blocks are numbered along axis 1 first, then axis 2, axis 3; with
+  !! an outline those of the lane table, layer after layer.
   type, public :: solid_patch_t
     integer :: n_control(3) = 0
     integer :: n_blocks = 0
@@ -124,7 +126,11 @@ contains
     type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: b, e2, e3
 
-    number = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
+    if (patch%lanes%is_trimmed) then
+      number = b + patch%lanes%n_blocks*(e3 - 1)
+    else
+      number = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
+    end if
   end function block_number
 
   !> The block of a number.
@@ -137,8 +143,13 @@ contains
     row = (number - 1)/patch%lanes%n_blocks
     block%number = number
     block%b = number - patch%lanes%n_blocks*row
-    block%e3 = row/patch%axes(2)%n_elements + 1
-    block%e2 = row - patch%axes(2)%n_elements*(block%e3 - 1) + 1
+    if (patch%lanes%is_trimmed) then
+      block%e3 = row + 1
+      block%e2 = patch%lanes%row(block%b)
+    else
+      block%e3 = row/patch%axes(2)%n_elements + 1
+      block%e2 = row - patch%axes(2)%n_elements*(block%e3 - 1) + 1
+    end if
   end function block_at
 
   !> Number of blocks of a tile.
@@ -146,8 +157,8 @@ contains
     type(solid_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
 
-    n = (tile%block_last - tile%block_first + 1)*(tile%row_last - tile%row_first + 1) &
-        *patch%axes(3)%n_elements
+    n = (tile%block_last - tile%block_first + 1)*patch%axes(3)%n_elements
+    if (.not. patch%lanes%is_trimmed) n = n*(tile%row_last - tile%row_first + 1)
   end function n_blocks_of
 
   !> Step through the blocks of a tile, axis 1 first; the first one follows a block that is not set.
@@ -162,6 +173,9 @@ contains
       block%e3 = 1
     else if (block%b < tile%block_last) then
       block%b = block%b + 1
+    else if (patch%lanes%is_trimmed) then
+      block%b = tile%block_first
+      block%e3 = block%e3 + 1
     else
       block%b = tile%block_first
       block%e2 = block%e2 + 1
@@ -170,6 +184,7 @@ contains
         block%e3 = block%e3 + 1
       end if
     end if
+    if (patch%lanes%is_trimmed) block%e2 = patch%lanes%row(block%b)
     block%number = block_number(patch, block%b, block%e2, block%e3)
   end subroutine next_block
 
@@ -178,8 +193,8 @@ contains
     type(solid_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
 
-    n = count(patch%lanes%is_owner(:, tile%block_first:tile%block_last)) &
-        *(tile%row_last - tile%row_first + 1)*patch%axes(3)%n_elements
+    n = count(patch%lanes%is_owner(:, tile%block_first:tile%block_last))*patch%axes(3)%n_elements
+    if (.not. patch%lanes%is_trimmed) n = n*(tile%row_last - tile%row_first + 1)
   end function n_elements_of
 
   !> The next blocks of a tile whose points a law takes together: as few as hold `n_least` elements,
@@ -229,17 +244,120 @@ contains
     is_counted = patch%lanes%is_owner(lane, block%b)
   end function is_counted_lane
 
-  !> Block and lane that count for an element.
+  !> Block and lane that count for an element; for one outside an outline those of its nearest
+  !! neighbour inside.
   pure function lane_of_element(patch, element) result(at)
     type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: element(3)
     integer :: at(2), b
 
+    if (patch%lanes%is_trimmed) then
+      at = patch%lanes%at(:, element(1), element(2))
+      at(1) = at(1) + patch%lanes%n_blocks*(element(3) - 1)
+      return
+    end if
     b = (element(1) - 1)/size(patch%lanes%element, 1) + 1
     at(1) = block_number(patch, b, element(2), element(3))
     at(2) = findloc(patch%lanes%element(:, b) == element(1) .and. patch%lanes%is_owner(:, b), &
                     .true., dim=1)
   end function lane_of_element
+
+  !> Number of a block in the table of cut elements, 0: its elements are whole.
+  pure integer function cut_number(patch, block) result(number)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+
+    number = 0
+    if (patch%lanes%is_trimmed) number = patch%lanes%cut_number(block%b)
+  end function cut_number
+
+  !> Local coordinates along the sheet of a point of a lane.
+  pure function local_place(patch, block, lane, row) result(place)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: lane, row
+    real(wp) :: place(2)
+    integer :: at(3), c
+
+    c = cut_number(patch, block)
+    if (c > 0) then
+      place = patch%lanes%cut%places(lane, :, row, c)
+    else
+      at = point_of_row(patch%axes%n_points, row, 1)
+      place = [patch%axes(1)%abscissae(at(1)), patch%axes(2)%abscissae(at(2))]
+    end if
+  end function local_place
+
+  !> Weights along the sheet of the points of a row, 0 in lanes that do not count.
+  pure function weights_of_row(patch, block, row) result(weights)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: row
+    real(wp) :: weights(size(patch%lanes%element, 1))
+    integer :: at(3), c
+
+    c = cut_number(patch, block)
+    if (c > 0) then
+      weights = patch%lanes%cut%weights(:, row, c)
+    else
+      at = point_of_row(patch%axes%n_points, row, 1)
+      weights = patch%lanes%weights(:, at(1), block%b)*patch%axes(2)%weights(at(2))
+    end if
+  end function weights_of_row
+
+  !> Basis along both axes of the sheet at a point of a lane: values, slopes, second derivatives.
+  pure subroutine basis_at(patch, block, lane, row, one, two)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: lane, row
+    real(wp), intent(out) :: one(patch%axes(1)%degree + 1, 0:2), two(patch%axes(2)%degree + 1, 0:2)
+    integer :: at(3), c
+
+    c = cut_number(patch, block)
+    if (c > 0) then
+      associate (cut => patch%lanes%cut)
+        one(:, 0) = cut%values1(lane, :, row, c)
+        one(:, 1) = cut%slopes1(lane, :, row, c)
+        one(:, 2) = cut%bends1(lane, :, row, c)
+        two(:, 0) = cut%values2(lane, :, row, c)
+        two(:, 1) = cut%slopes2(lane, :, row, c)
+        two(:, 2) = cut%bends2(lane, :, row, c)
+      end associate
+    else
+      at = point_of_row(patch%axes%n_points, row, 1)
+      associate (e => patch%lanes%element(lane, block%b), a => patch%axes(1), b => patch%axes(2))
+        one(:, 0) = a%values(:, at(1), e)
+        one(:, 1) = a%slopes(:, at(1), e)
+        one(:, 2) = a%bends(:, at(1), e)
+        two(:, 0) = b%values(:, at(2), block%e2)
+        two(:, 1) = b%slopes(:, at(2), block%e2)
+        two(:, 2) = b%bends(:, at(2), block%e2)
+      end associate
+    end if
+  end subroutine basis_at
+
+  !> The same, values and slopes, of all lanes.
+  pure subroutine basis_of_row(patch, block, row, n1, d1, n2, d2)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: row
+    real(wp), intent(out), dimension(:, :) :: n1, d1, n2, d2     !! shape (8, degree + 1)
+    integer :: at(3), c
+
+    c = cut_number(patch, block)
+    if (c > 0) then
+      n1 = patch%lanes%cut%values1(:, :, row, c)
+      d1 = patch%lanes%cut%slopes1(:, :, row, c)
+      n2 = patch%lanes%cut%values2(:, :, row, c)
+      d2 = patch%lanes%cut%slopes2(:, :, row, c)
+    else
+      at = point_of_row(patch%axes%n_points, row, 1)
+      n1 = patch%lanes%values(:, :, at(1), block%b)
+      d1 = patch%lanes%slopes(:, :, at(1), block%b)
+      n2 = spread(patch%axes(2)%values(:, at(2), block%e2), 1, size(n2, 1))
+      d2 = spread(patch%axes(2)%slopes(:, at(2), block%e2), 1, size(d2, 1))
+    end if
+  end subroutine basis_of_row
 
   !> Row of a point: the place along axis 3 and the row are the indices of its state.
   pure integer function row_of_point(n_points, point) result(row)

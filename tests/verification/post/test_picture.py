@@ -192,7 +192,7 @@ class TestClip(unittest.TestCase):
         points = np.array([[-1.0, 0, 0], [3, 0, 0], [3, 2, 0], [-1, 2, 0]])
         triangles = cells.triangles_of(np.array([[0, 1, 2, 3]]))
         for place, side, area in ((0, 1, 6), (0, -1, 2), (1.5, 1, 3), (5, 1, 0), (-1, 1, 8)):
-            kept, corners = cells.clip(points, triangles, 0, place, side)
+            kept, corners = cells.clip(points, triangles, side * (points[:, 0] - place))
             ends = kept[corners]
             normals = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])[:, 2]
             self.assertAlmostEqual(0.5 * normals.sum(), area)

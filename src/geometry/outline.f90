@@ -1,0 +1,407 @@
+!> What lies inside closed polygons on a grid of cells: the part of a sheet that an outline keeps and
+!! that trimming leaves.
+!!
+!! Polygons are cut cell by cell (I. E. Sutherland and G. W. Hodgman, Reentrant polygon clipping,
+!! Comm. ACM 17 (1974) 32-42), and the area and its moments follow from the corners by Green's
+!! theorem, exact to round-off. What several regions have in common is found in halves of halves of a
+!! cell until only one border is left.
+module outline
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: new_region, add_polygon, join_regions, cut_cells, is_inside, inside_distance, &
+            signed_area, find_crossing
+
+  integer, parameter, public :: n_moments = 6     !! of 1, x, y, x^2, x y, y^2
+
+  !> A closed polygon; the last corner is joined to the first.
+  type, public :: polygon_t
+    real(wp), allocatable :: corners(:, :)        !! shape (2, n)
+  end type polygon_t
+
+  !> What lies within an odd number of polygons, or what does not. Holes run clockwise, all others
+  !! the other way round.
+  type, public :: region_t
+    type(polygon_t), allocatable :: polygons(:)
+    logical :: is_outside = .false.
+  end type region_t
+
+  integer, parameter :: most_halvings = 10        !! of a cell that two borders cross
+  real(wp), parameter :: nothing = 1.0e-10_wp     !! of a cell, an area that round-off leaves
+
+contains
+
+  !> A region of polygons that may run either way.
+  pure subroutine new_region(region, polygons, is_outside)
+    type(region_t), intent(out) :: region
+    type(polygon_t), intent(in) :: polygons(:)
+    logical, intent(in) :: is_outside              !! what lies outside of them counts
+    integer :: p
+
+    region%is_outside = is_outside
+    region%polygons = polygons
+    do p = 1, size(polygons)
+      associate (corners => polygons(p)%corners)
+        if ((mod(n_around(polygons, p), 2) == 0) .eqv. (signed_area(corners) > 0.0_wp)) cycle
+        region%polygons(p)%corners = corners(:, size(corners, 2):1:-1)
+      end associate
+    end do
+  end subroutine new_region
+
+  !> Append a polygon to a list.
+  pure subroutine add_polygon(polygons, corners)
+    type(polygon_t), allocatable, intent(inout) :: polygons(:)
+    real(wp), intent(in) :: corners(:, :)
+    type(polygon_t), allocatable :: grown(:)
+    integer :: p
+
+    allocate (grown(size(polygons) + 1))
+    do p = 1, size(polygons)
+      call move_alloc(polygons(p)%corners, grown(p)%corners)
+    end do
+    grown(size(grown))%corners = corners
+    call move_alloc(grown, polygons)
+  end subroutine add_polygon
+
+  !> One list of regions after the other; the first may not be there.
+  pure subroutine join_regions(first, second, both)
+    type(region_t), allocatable, intent(in) :: first(:)
+    type(region_t), intent(in) :: second(:)
+    type(region_t), allocatable, intent(out) :: both(:)
+    integer :: n, r
+
+    n = 0
+    if (allocated(first)) n = size(first)
+    allocate (both(n + size(second)))
+    do r = 1, size(both)
+      if (r <= n) both(r) = first(r)
+      if (r > n) both(r) = second(r - n)
+    end do
+  end subroutine join_regions
+
+  !> Moments of the common part of all regions in each cell of a grid, about the middle of the cell,
+  !! which is the square from -1 to 1: area 4 where all of it counts, exactly 0 where none does.
+  subroutine cut_cells(regions, lines1, lines2, moments)
+    type(region_t), intent(in) :: regions(:)
+    real(wp), intent(in) :: lines1(:), lines2(:)                  !! of the grid, rising
+    real(wp), intent(out) :: moments(:, :, :)                     !! shape (6, n1, n2)
+    type(polygon_t), allocatable :: rows(:, :), columns(:, :)
+    integer :: i, j, r, most
+
+    most = 0
+    do r = 1, size(regions)
+      most = max(most, size(regions(r)%polygons))
+    end do
+    allocate (rows(most, size(regions)))
+    do j = 1, size(lines2) - 1
+      do r = 1, size(regions)
+        call clip_all(regions(r)%polygons, 2, lines2(j), lines2(j + 1), rows(:, r))
+      end do
+      do i = 1, size(lines1) - 1
+        allocate (columns(most, size(regions)))
+        do r = 1, size(regions)
+          call clip_all(rows(:size(regions(r)%polygons), r), 1, lines1(i), lines1(i + 1), &
+                        columns(:, r))
+          call centre_all([lines1(i), lines2(j)], [lines1(i + 1), lines2(j + 1)], columns(:, r))
+        end do
+        moments(:, i, j) = common_part(regions, columns, [-1.0_wp, -1.0_wp], 2.0_wp, most_halvings)
+        deallocate (columns)
+      end do
+    end do
+  end subroutine cut_cells
+
+  !> Moments of the common part in a square. Where one border crosses it they are exact.
+  recursive function common_part(regions, polygons, low, edge, n_halvings) result(moments)
+    type(region_t), intent(in) :: regions(:)
+    type(polygon_t), intent(in) :: polygons(:, :)      !! of each region, cut to the square
+    real(wp), intent(in) :: low(2), edge               !! its corner and its edge
+    integer, intent(in) :: n_halvings                  !! that are left
+    real(wp) :: moments(n_moments), each(n_moments, size(regions)), corner(2)
+    type(polygon_t) :: halves(size(polygons, 1), size(polygons, 2))
+    type(polygon_t) :: quarters(size(polygons, 1), size(polygons, 2))
+    integer :: r, a, b, n_cut, only
+
+    n_cut = 0
+    only = 1
+    do r = 1, size(regions)
+      each(:, r) = moments_of_region(regions(r), polygons(:size(regions(r)%polygons), r), low, edge)
+      if (each(1, r) <= 0.0_wp) then
+        moments = 0.0_wp
+        return
+      end if
+      if (each(1, r) >= edge**2) cycle
+      n_cut = n_cut + 1
+      if (n_cut == 1 .or. each(1, r) < each(1, only)) only = r
+    end do
+    moments = each(:, only)
+    if (n_cut < 2 .or. n_halvings == 0) return
+    moments = 0.0_wp
+    do b = 0, 1
+      do r = 1, size(regions)
+        call clip_all(polygons(:size(regions(r)%polygons), r), 2, low(2) + 0.5_wp*edge*b, &
+                      low(2) + 0.5_wp*edge*(b + 1), halves(:, r))
+      end do
+      do a = 0, 1
+        do r = 1, size(regions)
+          call clip_all(halves(:size(regions(r)%polygons), r), 1, low(1) + 0.5_wp*edge*a, &
+                        low(1) + 0.5_wp*edge*(a + 1), quarters(:, r))
+        end do
+        corner = low + 0.5_wp*edge*[a, b]
+        moments = moments + common_part(regions, quarters, corner, 0.5_wp*edge, n_halvings - 1)
+      end do
+    end do
+  end function common_part
+
+  !> Moments of one region in a square; areas that are none, or all, but for round-off are so.
+  pure function moments_of_region(region, polygons, low, edge) result(moments)
+    type(region_t), intent(in) :: region
+    type(polygon_t), intent(in) :: polygons(:)         !! cut to the square
+    real(wp), intent(in) :: low(2), edge
+    real(wp) :: moments(n_moments), whole(n_moments), mid(2)
+    integer :: p
+
+    mid = low + 0.5_wp*edge
+    whole = edge**2*[1.0_wp, mid, mid(1)**2 + edge**2/12.0_wp, product(mid), &
+                     mid(2)**2 + edge**2/12.0_wp]
+    moments = 0.0_wp
+    do p = 1, size(polygons)
+      moments = moments + polygon_moments(polygons(p)%corners)
+    end do
+    if (region%is_outside) moments = whole - moments
+    if (moments(1) <= nothing*edge**2) then
+      moments = 0.0_wp
+    else if (moments(1) >= (1.0_wp - nothing)*edge**2) then
+      moments = whole
+    end if
+  end function moments_of_region
+
+  !> Number of other polygons around one.
+  pure integer function n_around(polygons, p) result(n)
+    type(polygon_t), intent(in) :: polygons(:)
+    integer, intent(in) :: p
+    integer :: q
+
+    n = 0
+    if (size(polygons) == 1) return
+    do q = 1, size(polygons)
+      if (q == p) cycle
+      if (is_within(polygons(q)%corners, polygons(p)%corners(:, 1))) n = n + 1
+    end do
+  end function n_around
+
+  !> Does a place count in all regions?
+  pure logical function is_inside(regions, place)
+    type(region_t), intent(in) :: regions(:)
+    real(wp), intent(in) :: place(2)
+    logical :: is_odd
+    integer :: r, p
+
+    is_inside = .true.
+    do r = 1, size(regions)
+      is_odd = .false.
+      do p = 1, size(regions(r)%polygons)
+        is_odd = is_odd .neqv. is_within(regions(r)%polygons(p)%corners, place)
+      end do
+      is_inside = is_inside .and. (is_odd .neqv. regions(r)%is_outside)
+    end do
+  end function is_inside
+
+  !> Distance from the border of what all regions have in common, negative outside. It is exact near
+  !! a border; lengths are those along both axes times `scale`.
+  pure real(wp) function inside_distance(regions, place, scale) result(distance)
+    type(region_t), intent(in) :: regions(:)
+    real(wp), intent(in) :: place(2), scale(2)
+    real(wp) :: a(2), b(2), t, nearest, own
+    integer :: r, p, i, j
+
+    distance = huge(distance)
+    do r = 1, size(regions)
+      nearest = huge(nearest)
+      do p = 1, size(regions(r)%polygons)
+        associate (corners => regions(r)%polygons(p)%corners)
+          j = size(corners, 2)
+          do i = 1, size(corners, 2)
+            a = (corners(:, j) - place)*scale
+            b = (corners(:, i) - corners(:, j))*scale
+            t = min(max(-dot_product(a, b)/max(dot_product(b, b), tiny(t)), 0.0_wp), 1.0_wp)
+            nearest = min(nearest, sum((a + t*b)**2))
+            j = i
+          end do
+        end associate
+      end do
+      own = sqrt(nearest)
+      if (.not. is_inside(regions(r:r), place)) own = -own
+      distance = min(distance, own)
+    end do
+  end function inside_distance
+
+  !> Do polygons cross themselves or each other? Segments are compared that share a strip across the
+  !! first axis.
+  pure subroutine find_crossing(polygons, is_found, place)
+    type(polygon_t), intent(in) :: polygons(:)
+    logical, intent(out) :: is_found
+    real(wp), intent(out) :: place(2)              !! of one
+    integer, parameter :: most_strips = 4096
+    real(wp), allocatable :: ends(:, :)            ! of the segments, (4, n)
+    integer, allocatable :: of(:), first(:), last(:), list(:)
+    real(wp) :: low, width
+    integer :: n, p, i, s, k, n_strips
+
+    is_found = .false.
+    place = 0.0_wp
+    allocate (ends(4, 0), of(0))
+    do p = 1, size(polygons)
+      associate (c => polygons(p)%corners)
+        n = size(c, 2)
+        ends = reshape([ends, (c(:, i), c(:, mod(i, n) + 1), i=1, n)], [4, size(of) + n])
+        of = [of, (p, i=1, n)]
+      end associate
+    end do
+    n_strips = min(size(of), most_strips)
+    low = minval(ends(1, :))
+    width = max((maxval(ends(1, :)) - low)/n_strips, tiny(1.0_wp))
+    first = min(n_strips, 1 + int((min(ends(1, :), ends(3, :)) - low)/width))
+    last = min(n_strips, 1 + int((max(ends(1, :), ends(3, :)) - low)/width))
+    do s = 1, n_strips
+      list = pack([(i, i=1, size(of))], first <= s .and. last >= s)
+      do i = 1, size(list)
+        do k = i + 1, size(list)
+          if (.not. do_cross(ends(:, list(i)), ends(:, list(k)))) cycle
+          is_found = .true.
+          place = 0.5_wp*(ends(:2, list(i)) + ends(3:, list(i)))
+          return
+        end do
+      end do
+    end do
+  end subroutine find_crossing
+
+  !> Do two segments cross, each with its ends on either side of the other?
+  pure logical function do_cross(a, b)
+    real(wp), intent(in) :: a(4), b(4)             !! both ends
+
+    do_cross = turn(a(:2), a(3:), b(:2))*turn(a(:2), a(3:), b(3:)) < 0.0_wp &
+               .and. turn(b(:2), b(3:), a(:2))*turn(b(:2), b(3:), a(3:)) < 0.0_wp
+  end function do_cross
+
+  pure real(wp) function turn(a, b, c)
+    real(wp), intent(in) :: a(2), b(2), c(2)
+
+    turn = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+  end function turn
+
+  !> Is a place within a polygon? By the crossings of a ray along the first axis.
+  pure logical function is_within(corners, place)
+    real(wp), intent(in) :: corners(:, :), place(2)
+    integer :: i, j
+
+    is_within = .false.
+    j = size(corners, 2)
+    do i = 1, size(corners, 2)
+      associate (a => corners(:, i), b => corners(:, j))
+        if ((a(2) > place(2)) .neqv. (b(2) > place(2))) then
+          if (place(1) < a(1) + (place(2) - a(2))/(b(2) - a(2))*(b(1) - a(1))) &
+            is_within = .not. is_within
+        end if
+      end associate
+      j = i
+    end do
+  end function is_within
+
+  !> Area of a polygon, positive where it runs counter-clockwise.
+  pure real(wp) function signed_area(corners) result(area)
+    real(wp), intent(in) :: corners(:, :)          !! shape (2, n)
+    integer :: i, j
+
+    area = 0.0_wp
+    j = size(corners, 2)
+    do i = 1, size(corners, 2)
+      associate (a => corners(:, j) - corners(:, 1), b => corners(:, i) - corners(:, 1))
+        area = area + 0.5_wp*(a(1)*b(2) - b(1)*a(2))
+      end associate
+      j = i
+    end do
+  end function signed_area
+
+  !> Integrals of 1, x, y, x^2, x y, y^2 over a polygon, with the sign of its sense.
+  pure function polygon_moments(corners) result(moments)
+    real(wp), intent(in) :: corners(:, :)
+    real(wp) :: moments(n_moments), c
+    integer :: i, j
+
+    moments = 0.0_wp
+    j = size(corners, 2)
+    do i = 1, size(corners, 2)
+      associate (x => corners(1, j), y => corners(2, j), u => corners(1, i), v => corners(2, i))
+        c = x*v - u*y
+        moments = moments + c*[0.5_wp, (x + u)/6.0_wp, (y + v)/6.0_wp, &
+                               (x*x + x*u + u*u)/12.0_wp, &
+                               (x*v + 2.0_wp*(x*y + u*v) + u*y)/24.0_wp, &
+                               (y*y + y*v + v*v)/12.0_wp]
+      end associate
+      j = i
+    end do
+  end function polygon_moments
+
+  !> Cut polygons to a strip.
+  pure subroutine clip_all(polygons, axis, low, high, cut)
+    type(polygon_t), intent(in) :: polygons(:)
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: low, high              !! of the coordinate along the axis
+    type(polygon_t), intent(inout) :: cut(:)       !! at least as many
+    real(wp), allocatable :: half(:, :)
+    integer :: p
+
+    do p = 1, size(polygons)
+      call clip(polygons(p)%corners, axis, low, 1.0_wp, half)
+      call clip(half, axis, high, -1.0_wp, cut(p)%corners)
+    end do
+  end subroutine clip_all
+
+  !> Cut a polygon to one side of a line across an axis. Parts that are left apart stay joined by
+  !! pieces of the line, which add nothing to its moments.
+  pure subroutine clip(corners, axis, bound, side, cut)
+    real(wp), intent(in) :: corners(:, :)
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: bound, side            !! +1: what lies above stays, -1: below
+    real(wp), allocatable, intent(inout) :: cut(:, :)
+    real(wp) :: room(2, 2*size(corners, 2)), x(2)
+    integer :: i, j, n
+
+    n = 0
+    j = size(corners, 2)
+    do i = 1, size(corners, 2)
+      associate (a => corners(:, j), b => corners(:, i))
+        if ((side*(a(axis) - bound) >= 0.0_wp) .neqv. (side*(b(axis) - bound) >= 0.0_wp)) then
+          x = a + (bound - a(axis))/(b(axis) - a(axis))*(b - a)
+          x(axis) = bound
+          n = n + 1
+          room(:, n) = x
+        end if
+        if (side*(b(axis) - bound) >= 0.0_wp) then
+          n = n + 1
+          room(:, n) = b
+        end if
+      end associate
+      j = i
+    end do
+    if (allocated(cut)) deallocate (cut)
+    allocate (cut, source=room(:, :n))
+  end subroutine clip
+
+  !> To coordinates from -1 to 1 in a cell.
+  pure subroutine centre_all(low, high, polygons)
+    real(wp), intent(in) :: low(2), high(2)
+    type(polygon_t), intent(inout) :: polygons(:)
+    integer :: p, a
+
+    do p = 1, size(polygons)
+      if (.not. allocated(polygons(p)%corners)) cycle
+      do a = 1, 2
+        polygons(p)%corners(a, :) = ((polygons(p)%corners(a, :) - low(a)) &
+                                     - (high(a) - polygons(p)%corners(a, :)))/(high(a) - low(a))
+      end do
+    end do
+  end subroutine centre_all
+
+end module outline
