@@ -141,6 +141,8 @@ contains
     end do
   end subroutine choose
 
+  !> A label that a trimmed surface shares with the one it trims, as `post cad` writes it, names the
+  !! former alone.
   subroutine find_label(model, request, label, is_named)
     type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request
@@ -149,22 +151,24 @@ contains
     type(string_t), allocatable :: known(:)
     type(string_t) :: one
     character(:), allocatable :: nearest
-    logical :: is_found
+    logical :: is_found(size(is_named)), is_carrier(size(is_named))
     integer :: i
 
     is_found = .false.
+    is_carrier = model%entries%is_part .and. model%entries%type /= 144
     allocate (known(0))
     do i = 1, size(is_named)
       if (.not. any(model%entries(i)%type == [surfaces_read, bounded])) cycle
       one%value = model%entries(i)%label
       if (squeezed(upper_case(one%value)) == squeezed(upper_case(label))) then
-        is_named(i) = .true.
-        is_found = .true.
+        is_found(i) = .true.
       else if (size(known) < 1000 .and. one%value /= "") then
         known = [known, one]
       end if
     end do
-    if (is_found) return
+    if (any(is_found .and. .not. is_carrier)) is_found = is_found .and. .not. is_carrier
+    is_named = is_named .or. is_found
+    if (any(is_found)) return
     nearest = nearest_name(label, known)
     if (nearest /= "") nearest = ", did you mean "//nearest//"?"
     call add_error(model%file%errors, request%origin, "the label "//label// &

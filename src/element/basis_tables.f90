@@ -272,14 +272,17 @@ contains
     type(axis_table_t), intent(in) :: axes(2)
     real(wp), intent(in) :: moments(6)
     real(wp), intent(out) :: places(2, product(axes%n_points)), weights(product(axes%n_points))
+    real(wp), parameter :: least = 1.0e-12_wp       ! of a moment, that round-off may make negative
     real(wp) :: mean(2), s(3), root, trace
     integer :: qa, qb, k
 
     mean = moments(2:3)/moments(1)
     s = 3.0_wp*(moments(4:6)/moments(1) - [mean(1)**2, mean(1)*mean(2), mean(2)**2])
+    s([1, 3]) = max(s([1, 3]), least)
+    s(2) = sign(min(abs(s(2)), sqrt(s(1)*s(3))), s(2))
     ! The square root of a symmetric matrix of two rows, (S + r I)/t.
     root = sqrt(max(s(1)*s(3) - s(2)**2, 0.0_wp))
-    trace = sqrt(max(s(1) + s(3) + 2.0_wp*root, tiny(1.0_wp)))
+    trace = sqrt(s(1) + s(3) + 2.0_wp*root)
     s = (s + [root, 0.0_wp, root])/trace
     do qa = 1, axes(1)%n_points
       do qb = 1, axes(2)%n_points

@@ -106,6 +106,7 @@ contains
           call centre_all([lines1(i), lines2(j)], [lines1(i + 1), lines2(j + 1)], columns(:, r))
         end do
         moments(:, i, j) = common_part(regions, columns, [-1.0_wp, -1.0_wp], 2.0_wp, most_halvings)
+        if (moments(1, i, j) <= 4.0_wp*nothing) moments(:, i, j) = 0.0_wp
         deallocate (columns)
       end do
     end do

@@ -6,6 +6,7 @@ module blank_trim
   use text, only: rounded_text, place_text
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
+  use nurbs_solid, only: evaluate_solid
   use outline, only: polygon_t, region_t, new_region
   use element, only: element_t
   use blank, only: blank_t, mass_of
@@ -27,6 +28,7 @@ module blank_trim
   end type trim_t
 
   integer, parameter :: samples_per_element = 2   !! for first guesses of the projection
+  real(wp), parameter :: per_element = 0.2_wp     !! piece of a straight line, of an element
 
 contains
 
@@ -43,7 +45,7 @@ contains
       do p = 1, size(polygons)
         call project(element, trim%axis, trim%polygons(p)%corners, polygons(p)%corners, error)
         if (.not. allocated(error) .and. trim%step == 0) &
-          call check_reach(element, trim, polygons(p)%corners, trim%polygons(p)%corners, error)
+          call check_reach(element, trim, polygons(p)%corners, error)
         if (allocated(error)) return
       end do
       call new_region(regions(1), polygons, trim%is_outside)
@@ -68,13 +70,13 @@ contains
   end subroutine trim_pairs
 
   !> Refuse an outline that is wider than the sheet.
-  subroutine check_reach(element, trim, corners, places, error)
+  subroutine check_reach(element, trim, corners, error)
     class(element_t), intent(in) :: element
     type(trim_t), intent(in) :: trim
-    real(wp), intent(in) :: corners(:, :), places(:, :)   !! by parameters, in space
+    real(wp), intent(in) :: corners(:, :)                !! by parameters
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: beyond = 1.0e-6_wp            ! of the parameters, that is nothing
-    real(wp) :: low, high, worst, now
+    real(wp) :: low, high, worst, now, x(3)
     integer :: a, i, at
 
     if (trim%is_outside) return
@@ -92,13 +94,14 @@ contains
         at = i
       end do
     end do
-    if (worst > beyond) call fail(error, "a curve that leaves the sheet by "// &
-      rounded_text(100.0_wp*worst)//" % of its length at "// &
-      place_text([places(:, at), 0.0_wp]))
+    if (worst <= beyond) return
+    call evaluate_solid(element%grid, [corners(:, at), 0.5_wp], x)
+    call fail(error, "a curve that leaves the sheet by "//rounded_text(100.0_wp*worst)// &
+              " % of its length at "//place_text(x))
   end subroutine check_reach
 
-  !> Parameters of the places on the mid-surface that lie over the corners of a polygon. Beyond its
-  !! edges the surface goes on straight.
+  !> Parameters of the places on the mid-surface that lie over a polygon, whose edges are taken in
+  !! pieces shorter than elements. Beyond the edges of the sheet its surface goes on straight.
   subroutine project(element, axis, corners, places, error)
     class(element_t), intent(in) :: element
     integer, intent(in) :: axis
@@ -106,18 +109,89 @@ contains
     real(wp), allocatable, intent(inout) :: places(:, :)
     type(error_t), allocatable, intent(out) :: error
     type(nurbs_surface_t) :: surface
-    real(wp) :: at(2), extent
-    logical :: is_found
+    real(wp) :: extent
     integer :: i, plane(2)
 
     surface%axes = element%grid%axes(:2)
     surface%weights = element%grid%weights(:, :, 1)
-    surface%points = element%motion%x(:, :, 1, :)
+    surface%points = filled_points(element)
     plane = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1]
     extent = maxval([(maxval(surface%points(:, :, plane(i))) - minval(surface%points(:, :, &
                       plane(i))), i=1, 2)])
-    if (allocated(places)) deallocate (places)
-    allocate (places(2, size(corners, 2)))
+    call project_pieces(surface, element, plane, extent, &
+                        pieces_of(corners, per_element*extent/maxval(element%n_elements)), &
+                        places, error)
+  end subroutine project
+
+  !> Control points of the mid-surface. Those outside an outline, or that follow others at its edge,
+  !! are laid beside their neighbours inside as they were at the start, so that curves may leave the
+  !! sheet.
+  pure function filled_points(element) result(points)
+    class(element_t), intent(in) :: element
+    real(wp), allocatable :: points(:, :, :)
+    integer, parameter :: ways(2, 4) = reshape([-1, 0, 1, 0, 0, -1, 0, 1], [2, 4])
+    logical, allocatable :: is_known(:, :), was_known(:, :)
+    integer :: i, j, w, at(2)
+
+    points = element%motion%x(:, :, 1, :)
+    if (.not. allocated(element%ties%is_free)) return
+    is_known = element%ties%is_free
+    do while (.not. all(is_known))
+      was_known = is_known
+      do j = 1, size(is_known, 2)
+        do i = 1, size(is_known, 1)
+          do w = 1, 4
+            if (is_known(i, j)) exit
+            at = [i, j] + ways(:, w)
+            if (any(at < 1 .or. at > shape(is_known))) cycle
+            if (.not. was_known(at(1), at(2))) cycle
+            points(i, j, :) = points(at(1), at(2), :) + element%grid%points(i, j, 1, :) &
+                              - element%grid%points(at(1), at(2), 1, :)
+            is_known(i, j) = .true.
+          end do
+        end do
+      end do
+    end do
+  end function filled_points
+
+  !> A polygon with more corners: none of its edges is longer than `longest`.
+  pure function pieces_of(corners, longest) result(all_corners)
+    real(wp), intent(in) :: corners(:, :), longest
+    real(wp), allocatable :: all_corners(:, :)
+    integer :: n(size(corners, 2)), i, k, m
+
+    do i = 1, size(n)
+      n(i) = max(1, ceiling(norm2(corners(:, mod(i, size(n)) + 1) - corners(:, i))/longest))
+    end do
+    allocate (all_corners(2, sum(n)))
+    m = 0
+    do i = 1, size(n)
+      associate (a => corners(:, i), b => corners(:, mod(i, size(n)) + 1))
+        do k = 0, n(i) - 1
+          m = m + 1
+          all_corners(:, m) = a + (b - a)*k/n(i)
+        end do
+      end associate
+    end do
+  end function pieces_of
+
+  !> Each corner from the place of the one before it, or from the nearest of some places. Corners
+  !! over a wall, which may have no place there or many, are left out where those around them are less
+  !! than an element apart.
+  subroutine project_pieces(surface, element, plane, extent, corners, places, error)
+    type(nurbs_surface_t), intent(in) :: surface
+    class(element_t), intent(in) :: element
+    integer, intent(in) :: plane(2)
+    real(wp), intent(in) :: extent, corners(:, :)
+    real(wp), allocatable, intent(inout) :: places(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: at(2), found(2, size(corners, 2)), widest
+    logical :: is_found
+    integer :: i, last, n
+
+    widest = extent/maxval(element%n_elements)
+    n = 0
+    last = 0
     is_found = .false.
     do i = 1, size(corners, 2)
       if (is_found) call find_place(surface, plane, corners(:, i), extent, at, is_found)
@@ -125,14 +199,19 @@ contains
         at = first_guess(surface, element, plane, corners(:, i))
         call find_place(surface, plane, corners(:, i), extent, at, is_found)
       end if
-      if (.not. is_found) then
+      if (is_found) then
+        n = n + 1
+        found(:, n) = at
+        last = i
+      else if (last == 0 .or. norm2(corners(:, i) - corners(:, max(last, 1))) > widest) then
         call fail(error, "no place of the sheet under a curve at "// &
                   place_text([corners(:, i), 0.0_wp])//": it is too steep there")
         return
       end if
-      places(:, i) = at
     end do
-  end subroutine project
+    if (allocated(places)) deallocate (places)
+    allocate (places, source=found(:, :n))
+  end subroutine project_pieces
 
   !> The nearest of some places, inside the outline that the sheet has.
   function first_guess(surface, element, plane, target) result(at)

@@ -1,0 +1,83 @@
+"""Shells inside outlines that cut their elements.
+
+A strip in tension has the same stress everywhere, whatever slivers its edges leave. Free disks have
+the frequencies of plates (A. W. Leissa, Vibration of Plates, NASA SP-160, 1969, sec. 2.1.3), worked
+out here from the frequency equation of two nodal diameters; masses summed by rows give an error that
+falls with the square of the elements. A chain of forming, trimming, springback and a second cut
+keeps its balances, and has the same bits for any number of threads and when it is taken up again.
+"""
+import numpy as np
+from static_runs import same_bits
+from suite import Case
+
+YOUNG, POISSON, DENSITY, STRETCH = 210000.0, 0.3, 7.85e-9, 1e-3
+RADIUS, THICKNESS = 50.0, 1.0
+ANGLES = (np.arange(400) + 0.5) * np.pi / 400
+
+
+def bessel(n, x):
+    """J_n and I_n by their integrals, whose sums converge at once."""
+    return (np.cos(n * ANGLES - x * np.sin(ANGLES)).mean(),
+            (np.exp(x * np.cos(ANGLES)) * np.cos(n * ANGLES)).mean())
+
+
+def lack(x, n=2):
+    """Determinant of the free edge for n nodal diameters, w = A J_n(x r) + B I_n(x r) at r = 1: the
+    bending moment and the Kirchhoff shear force vanish."""
+    (j, i), (jp, ip), (jm, im) = (bessel(k, x) for k in (n, n + 1, n - 1))
+    dj, di = 0.5 * x * (jm - jp), 0.5 * x * (im + ip)           # derivatives by r
+    nu, rows = POISSON, []
+    for value, slope, sign in ((j, dj, -1), (i, di, 1)):
+        bend = sign * x**2 * value - slope + n**2 * value       # w'' from the equation of J or I
+        moment = bend + nu * (slope - n**2 * value)
+        shear = sign * x**2 * slope - (1 - nu) * n**2 * (slope - value)
+        rows.append((moment, shear))
+    return rows[0][0] * rows[1][1] - rows[0][1] * rows[1][0]
+
+
+def frequency_of_disk():
+    """The lowest one, of two nodal diameters [1/time]."""
+    low, high = 2.0, 2.6
+    for _ in range(60):
+        mid = 0.5 * (low + high)
+        low, high = (mid, high) if lack(low) * lack(mid) > 0 else (low, mid)
+    rigidity = YOUNG * THICKNESS**3 / (12 * (1 - POISSON**2))
+    return (low / RADIUS)**2 * np.sqrt(rigidity / (DENSITY * THICKNESS)) / (2 * np.pi)
+
+
+def strips(case):
+    """Uniform tension of strips whose edges lie anywhere in their elements."""
+    stress = YOUNG * np.log1p(STRETCH)
+    for p, low in ((2, 2.37), (2, 0.0001), (2, 3.6), (2, 3.99), (2, 7.9999), (3, 3.9), (4, 2.37)):
+        run = case.run("outline_strip", p=p, low=low)
+        values = run.fields["mises"]
+        values = values[np.isfinite(values)]
+        case.deviation(f"stress of the strip, degree {p}, edge at {low}: farthest from its value",
+                       np.abs(values / stress - 1).max(), 2e-6)
+
+
+def main():
+    case = Case("Shells inside outlines", "uniform tension; frequencies of free disks")
+    strips(case)
+    exact = frequency_of_disk()
+    sizes, errors = [], []
+    for n in (24, 48):
+        both = [case.modes("outline_disk", 8, n=n, x=x)[6:8] for x in (0.137, 0.4)]
+        case.deviation(f"disk, {n} elements: where it lies among them",
+                       both[0].mean() / both[1].mean() - 1, 2e-4)
+        case.deviation(f"disk, {n} elements: one frequency of two modes",
+                       both[0][1] / both[0][0] - 1, 1e-3)
+        sizes.append(110 / n)
+        errors.append(both[0].mean() / exact - 1)
+    case.deviation(f"frequency of the free disk, {exact:.5g}", errors[-1], 4e-3)
+    case.rate("rate of the frequency", sizes, errors, 1.8, 2.3)
+    run = case.run("trim_chain")
+    case.deviation("draw, trim, springback, hole: energy balance",
+                   np.abs(run.history["energy_error"]).max(), 1e-3)
+    same_bits(case, "trim_chain", 1, 2)
+    case.panel("element [mm]", "error of the frequency",
+               [("free disk", "o-", sizes, np.abs(errors))], "log")
+    case.finish()
+
+
+main()
