@@ -24,8 +24,8 @@ module basis_tables
     real(wp), allocatable :: bends(:, :, :)   !! second derivatives, same shape
   end type axis_table_t
 
-  !> Basis at points that lie anywhere in their elements, which an outline cuts: for each lane its own
-  !! along both axes of the sheet, by row of points (`row_of_point`).
+  !> Basis at points that lie anywhere in their elements, which an outline cuts: for each lane its
+  !! own along both axes of the sheet, by row of points (`row_of_point`).
   type :: cut_table_t
     real(wp), allocatable, dimension(:, :, :, :) :: values1, slopes1, bends1  !! (8, p1 + 1, q, n)
     real(wp), allocatable, dimension(:, :, :, :) :: values2, slopes2, bends2  !! (8, p2 + 1, q, n)
@@ -132,8 +132,8 @@ contains
 
   !> Lanes of a sheet of which an outline keeps a part: whole elements in blocks of their own, then
   !! the cut ones of the row. The points of a cut element are those of a whole one, moved by the
-  !! affine map that gives them its area, its centre and its second moments: positive weights, as many
-  !! points, and nothing changes where the cut follows the grid.
+  !! affine map that gives them its area, its centre and its second moments: positive weights, as
+  !! many points, and nothing changes where the cut follows the grid.
   pure subroutine new_trimmed_lanes(kv, axes, moments, lanes)
     type(knot_vector_t), intent(in) :: kv(2)
     type(axis_table_t), intent(in) :: axes(2)

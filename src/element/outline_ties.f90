@@ -4,9 +4,9 @@
 !! and stiffness of its own: the time increment of bending would fall with the square of the sliver,
 !! and equations would lose their digits. Such a control point follows those of the nearest element
 !! with enough inside: its motion is that of their polynomial, continued (K. Hoellig, U. Reif and
-!! J. Wipper, Weighted extended B-spline approximation of Dirichlet problems, SIAM J. Numer. Anal. 39
-!! (2001) 442-462), exact for polynomials of the degree on any knots. So do those just outside, which
-!! the normals of a shell's faces near the edge ask for. Others outside stay as they are.
+!! J. Wipper, Weighted extended B-spline approximation of Dirichlet problems, SIAM J. Numer. Anal.
+!! 39 (2001) 442-462), exact for polynomials of the degree on any knots. So do those just outside,
+!! which the normals of a shell's faces near the edge ask for. Others outside stay as they are.
 module outline_ties
   use kinds, only: wp
   use knot_vector, only: knot_vector_t
@@ -20,7 +20,7 @@ module outline_ties
     integer :: n = 0
     integer, allocatable :: follower(:, :)          !! control indices, (2, n)
     integer, allocatable :: leader(:, :)            !! first control point of the element, (2, n)
-    real(wp), allocatable :: coefficient1(:, :)     !! by its control points along axis 1, (p1 + 1, n)
+    real(wp), allocatable :: coefficient1(:, :)     !! by its points along axis 1, (p1 + 1, n)
     real(wp), allocatable :: coefficient2(:, :)     !! and axis 2
     logical, allocatable :: is_free(:, :)           !! control points that move for themselves
     logical, allocatable :: is_idle(:, :)           !! those that nothing moves
@@ -72,8 +72,8 @@ contains
   end subroutine new_outline_ties
 
   !> The element nearest to a control point among those that may lead, by numbers along both axes.
-  !! Of several, one straight along an axis: what is held at an edge of the sheet then follows what is
-  !! held there.
+  !! Of several, one straight along an axis: what is held at an edge of the sheet then follows what
+  !! is held there.
   pure function nearest_element(at, first1, first2, p, may_lead) result(element)
     integer, intent(in) :: at(2), first1(:), first2(:), p(2)
     logical, intent(in) :: may_lead(:, :)
@@ -170,8 +170,8 @@ contains
     end do
   end subroutine collect_forces
 
-  !> The mass of a follower goes to the nearest control point of the element that leads it, whole, so
-  !! that all masses stay positive.
+  !> The mass of a follower goes to the nearest control point of the element that leads it, whole,
+  !! so that all masses stay positive.
   pure subroutine give_mass(ties, mass)
     type(outline_ties_t), intent(in) :: ties
     real(wp), intent(inout) :: mass(:, :, :)

@@ -1,10 +1,10 @@
-!> What lies inside closed polygons on a grid of cells: the part of a sheet that an outline keeps and
-!! that trimming leaves.
+!> What lies inside closed polygons on a grid of cells: the part of a sheet that an outline keeps
+!! and that trimming leaves.
 !!
 !! Polygons are cut cell by cell (I. E. Sutherland and G. W. Hodgman, Reentrant polygon clipping,
 !! Comm. ACM 17 (1974) 32-42), and the area and its moments follow from the corners by Green's
-!! theorem, exact to round-off. What several regions have in common is found in halves of halves of a
-!! cell until only one border is left.
+!! theorem, exact to round-off. What several regions have in common is found in quarters of a cell,
+!! and quarters of these, until only one border is left.
 module outline
   use kinds, only: wp
   implicit none

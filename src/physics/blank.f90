@@ -105,12 +105,17 @@ contains
     call find_seams(middle, merge_distance, seams)
   end subroutine find_seams_of_shells
 
-  !> Elements of all patches.
+  !> Elements of all patches, without those outside of outlines.
   pure integer function n_elements_of(parts) result(n)
     type(part_t), intent(in) :: parts(:)
     integer :: p
 
-    n = sum([(product(parts(p)%element%n_elements), p=1, size(parts))])
+    n = 0
+    do p = 1, size(parts)
+      n = n + product(parts(p)%element%n_elements)
+      if (allocated(parts(p)%element%ties%share)) &
+        n = n - count(parts(p)%element%ties%share <= 0.0_wp)*parts(p)%element%n_elements(3)
+    end do
   end function n_elements_of
 
   !> Control points of all patches, those at seams as often as patches meet there.

@@ -176,8 +176,8 @@ contains
   end function pieces_of
 
   !> Each corner from the place of the one before it, or from the nearest of some places. Corners
-  !! over a wall, which may have no place there or many, are left out where those around them are less
-  !! than an element apart.
+  !! over a wall, which may have no place there or many, are left out where those around them are
+  !! less than an element apart.
   subroutine project_pieces(surface, element, plane, extent, corners, places, error)
     type(nurbs_surface_t), intent(in) :: surface
     class(element_t), intent(in) :: element

@@ -59,10 +59,11 @@ module draw_bead
 contains
 
   !> Points of the face that the bead may act on; the caller sets line, forces and face.
-  pure subroutine new_draw_bead(bead, face, name)
+  pure subroutine new_draw_bead(bead, face, name, share)
     type(draw_bead_t), intent(inout) :: bead
     type(nurbs_surface_t), intent(in) :: face     !! of the patch at the start
     character(*), intent(in) :: name
+    real(wp), intent(in), optional :: share(:, :)    !! of the elements, inside an outline
     type(gauss_rule_t) :: rule(2)
     integer, allocatable :: spans1(:), spans2(:)
     integer :: e1, e2, g1, g2, n
@@ -83,6 +84,7 @@ contains
                            rule(2)%points(g2)], bead%points(n))
             bead%points(n)%measure = bead%points(n)%measure*rule(1)%weights(g1) &
                                      *rule(2)%weights(g2)
+            if (present(share)) bead%points(n)%measure = share(e1, e2)*bead%points(n)%measure
           end do
         end do
       end do

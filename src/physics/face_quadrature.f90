@@ -22,6 +22,9 @@ module face_quadrature
     !! where the weights differ.
     real(wp), allocatable :: rational(:, :, :, :, :, :)
     logical, allocatable :: is_loaded(:, :)       !! elements, shape (n_elements1, n_elements2)
+    !> The part of each that lies inside an outline, over which it takes its load as a whole;
+    !! absent: all of it.
+    real(wp), allocatable :: share(:, :)
     real(wp) :: outward = 1.0_wp                  !! sign that turns xi x eta outward
   end type face_rule_t
 
@@ -144,6 +147,7 @@ contains
     associate (lanes => rule%lanes, two => rule%axes(2))
       do b = 1, lanes%n_blocks
         is_on = merge(1.0_wp, 0.0_wp, rule%is_loaded(lanes%element(:, b), e))
+        if (allocated(rule%share)) is_on = is_on*rule%share(lanes%element(:, b), e)
         if (.not. any(is_on > 0.0_wp)) cycle
         call gather_block(p, [n, 1], 3, lanes%is_contiguous(b), lanes%first(:, b), &
                           two%first(e), 1, 1.0_wp, net, u)

@@ -7,12 +7,12 @@ module loads
   use element, only: element_t
   use blank, only: blank_t, assembly_t
   use motion_curve, only: curve_t, curve_value
-  use effect, only: effect_t, instant_t
+  use effect, only: effect_t, effect_slot_t, instant_t
   use face_quadrature, only: face_rule_t, add_face_forces
   implicit none
   private
 
-  public :: gravity_load, traction_load, new_pressure
+  public :: gravity_load, traction_load, new_pressure, trim_loads
 
   !> A constant pattern of forces, times a curve: on the control points of a range of a patch's
   !! grid, or of a face with a net of its own.
@@ -21,6 +21,7 @@ module loads
     integer :: face = 0                            !! of the patch; 0: none
     integer :: lower(3) = 1, upper(3) = 0
     real(wp), allocatable :: pattern(:, :, :, :)   !! shape of the range, and 3
+    real(wp) :: acceleration(3) = 0.0_wp           !! of gravity
     real(wp) :: scaling = 0.0_wp                   !! curve value of the last step
   contains
     procedure :: apply => apply_dead_load
@@ -50,16 +51,13 @@ contains
     real(wp), intent(in) :: acceleration(3)
     type(curve_t), intent(in) :: curve
     type(dead_load_t) :: load
-    integer :: c
 
     load%name = "gravity"
     load%part = part
     load%upper = shape(blank%parts(part)%element%mass)
     load%curve = curve
-    allocate (load%pattern(load%upper(1), load%upper(2), load%upper(3), 3))
-    do c = 1, 3
-      load%pattern(:, :, :, c) = blank%parts(part)%element%mass*(acceleration(c)/blank%mass_factor)
-    end do
+    load%acceleration = acceleration
+    load%pattern = weight_of(blank, part, acceleration)
   end function gravity_load
 
   !> Traction on the part of a face that `rule` covers.
@@ -100,6 +98,38 @@ contains
     load%curve = curve
     allocate (load%before(size(rule%weights, 1), size(rule%weights, 2), 3), source=0.0_wp)
   end function new_pressure
+
+  !> Loads follow a blank that was trimmed: weight its masses, pressure what is left of its faces.
+  subroutine trim_loads(blank, effects)
+    type(blank_t), intent(in) :: blank
+    type(effect_slot_t), intent(inout) :: effects(:)
+    integer :: i
+
+    do i = 1, size(effects)
+      select type (load => effects(i)%item)
+      type is (dead_load_t)
+        if (load%face == 0) load%pattern = weight_of(blank, load%part, load%acceleration)
+      type is (pressure_t)
+        load%rule%share = blank%parts(load%part)%element%ties%share
+      end select
+    end do
+  end subroutine trim_loads
+
+  !> Forces of an acceleration on the masses of a patch, without what scaling has added.
+  pure function weight_of(blank, part, acceleration) result(forces)
+    type(blank_t), intent(in) :: blank
+    integer, intent(in) :: part
+    real(wp), intent(in) :: acceleration(3)
+    real(wp), allocatable :: forces(:, :, :, :)
+    integer :: c
+
+    associate (mass => blank%parts(part)%element%mass)
+      allocate (forces(size(mass, 1), size(mass, 2), size(mass, 3), 3))
+      do c = 1, 3
+        forces(:, :, :, c) = mass*(acceleration(c)/blank%mass_factor)
+      end do
+    end associate
+  end function weight_of
 
   subroutine apply_dead_load(self, bodies, instant)
     class(dead_load_t), intent(inout) :: self

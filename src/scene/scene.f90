@@ -71,7 +71,7 @@ module scene
   type, public :: outline_spec_t
     type(origin_t) :: origin
     character(:), allocatable :: name
-    integer :: step = 0                     !! at whose start the rest is cut away, 0: the blank is so
+    integer :: step = 0                     !! at whose start it is cut, 0: before the run
     integer :: axis = 3                     !! of the projection: 1 x, 2 y, 3 z
     logical :: is_outside = .false.         !! what lies outside of them stays
     !> Corners by the two other coordinates: y z, z x or x y [length].

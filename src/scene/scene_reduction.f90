@@ -45,6 +45,9 @@ contains
     if (size(scene%blank%patches) > 1) then
       reason = "the blank has several patches"
       return
+    else if (has_outline(scene)) then
+      reason = "the blank has an outline"
+      return
     end if
     axis = axis_along(scene, component)
     if (axis == 0) then
@@ -65,6 +68,14 @@ contains
     end do
     if (reason == "") reason = condition_problem(scene, component, axis)
   end function uniformity_problem
+
+  !> Is the blank cut along curves, at the start or in a step?
+  pure logical function has_outline(scene)
+    type(scene_t), intent(in) :: scene
+
+    has_outline = .false.
+    if (allocated(scene%outlines)) has_outline = size(scene%outlines) > 0
+  end function has_outline
 
   !> Has a tool a motion in any step with a share along the coordinate, or a turn not about it?
   pure logical function moves_along(scene, tool, component)
@@ -255,6 +266,9 @@ contains
     reason = ""
     if (size(scene%blank%patches) > 1) then
       reason = "the blank has several patches"
+      return
+    else if (has_outline(scene)) then
+      reason = "the blank has an outline"
       return
     end if
     associate (solid => scene%blank%patches(1)%solid)

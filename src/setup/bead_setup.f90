@@ -56,7 +56,11 @@ contains
         faces = [faces, face]
         name = "draw bead "//spec%name
         if (size(scene%blank%patches) > 1) name = name//" "//scene%blank%patches(p)%name
-        call new_draw_bead(bead, face, name)
+        if (allocated(body%ties%share)) then
+          call new_draw_bead(bead, face, name, body%ties%share)
+        else
+          call new_draw_bead(bead, face, name)
+        end if
         is_there = is_there .or. is_on(bead, face)
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
                       sum(body%mass)/area_of(face), increment_limit(model))

@@ -87,6 +87,10 @@ contains
     axes = face_axes(face)
     rule = new_face_rule(surface, set%lower(axes, part), set%upper(axes, part), face_side(face), &
                          findloc(axes, across, 1))
+    if (allocated(body%ties%share)) then
+      rule%share = body%ties%share
+      rule%is_loaded = rule%is_loaded .and. rule%share > 0.0_wp
+    end if
     if (.not. any(rule%is_loaded)) return
     if (spec%kind == "PRESSURE") then
       allocate (load, source=new_pressure(part, face, rule, spec%value(1), curve))

@@ -4,7 +4,7 @@ module model_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use failure, only: error_t
-  use input_errors, only: error_list_t, add_error, add_warning, drop_warnings, n_errors
+  use input_errors, only: origin_t, error_list_t, add_error, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text, counted
   use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t, material_spec_t
   use linear_algebra, only: cross
@@ -244,7 +244,10 @@ contains
         trim%axis = spec%axis
         trim%is_outside = spec%is_outside
         trim%polygons = spec%polygons
-        if (spec%step > 0) cycle
+        if (spec%step > 0) then
+          call refuse_fixed_loads(scene, spec%step, spec%origin, errors)
+          cycle
+        end if
         call cut_blank(trim, model%bodies%blank, error)
         if (.not. allocated(error)) cycle
         call add_error(errors, spec%origin, error%message, "curves that keep a part of the sheet")
@@ -252,6 +255,25 @@ contains
       end associate
     end do
   end subroutine set_outline
+
+  !> Tractions and draw beads have taken the sheet as it was before it is trimmed.
+  subroutine refuse_fixed_loads(scene, step, origin, errors)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(origin_t), intent(in) :: origin
+    type(error_list_t), intent(inout) :: errors
+    integer :: i
+
+    do i = 1, size(scene%loads)
+      if (scene%loads(i)%kind == "TRACTION" .and. scene%loads(i)%last_step >= step) &
+        call add_error(errors, origin, "a trim of a sheet with a *TRACTION", "*PRESSURE, or "// &
+                       "*TRACTION, OP=NEW in this step")
+    end do
+    do i = 1, size(scene%beads)
+      if (scene%beads(i)%last_step >= step) call add_error(errors, origin, "a trim of a sheet "// &
+        "with the draw bead "//scene%beads(i)%name, "*MODEL CHANGE, REMOVE in this step")
+    end do
+  end subroutine refuse_fixed_loads
 
   !> A rule that leaves deformations without energy is refused, and one that serves is named.
   subroutine check_rule(spec, patch, across, errors)

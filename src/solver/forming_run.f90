@@ -7,6 +7,7 @@ module forming_run
   use stable_step, only: largest_frequency, viscous_step
   use blank, only: mass_of
   use blank_trim, only: cut_blank, trim_pairs
+  use loads, only: trim_loads
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths
@@ -163,6 +164,8 @@ contains
     end do
     call trim_pairs(model%bodies%blank, model%forces)
     call trim_pairs(model%bodies%blank, model%later_forces)
+    call trim_loads(model%bodies%blank, model%forces)
+    call trim_loads(model%bodies%blank, model%later_forces)
     call take_balances(model, run, after)
     run%balance%stopped = run%balance%stopped + before%kinetic - after%kinetic
     run%balance%momentum_at_start = run%balance%momentum_at_start + after%momentum - before%momentum

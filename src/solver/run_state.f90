@@ -14,6 +14,7 @@ module run_state
   use failure, only: error_t
   use outline, only: region_t
   use blank_trim, only: trim_pairs
+  use loads, only: trim_loads
   use shell_joints, only: carry_joints
   use frames, only: frame_t
   use history, only: history_sample_t
@@ -107,6 +108,8 @@ contains
           call set_inertia(model%bodies%blank%parts, model%bodies%blank%seams)
           call trim_pairs(model%bodies%blank, model%forces)
           call trim_pairs(model%bodies%blank, model%later_forces)
+          call trim_loads(model%bodies%blank, model%forces)
+          call trim_loads(model%bodies%blank, model%later_forces)
         end if
         deallocate (regions)
       end associate

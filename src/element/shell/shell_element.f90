@@ -5,7 +5,7 @@ module shell_element
   use failure, only: error_t, fail
   use linear_algebra, only: cross
   use state_store, only: state_store_t, carry, carry_field
-  use text, only: string_t, append_text, rounded_text, counted
+  use text, only: string_t, append_text, rounded_text, counted, to_text
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: knot_vector_t, linear_axis, breaks
   use outline, only: region_t, join_regions, cut_cells, n_moments
@@ -697,6 +697,12 @@ contains
       words = words//" to "//rounded_text(maxval(self%points%thickness))
     call append_text(lines, "shell            thickness "//words//", "//counted(self%rule(3)%n, &
                             "layer"))
+    if (.not. allocated(self%ties%share)) return
+    associate (share => self%ties%share)
+      call append_text(lines, "outline          "//counted(count(share > 0.0_wp), "element")// &
+        " inside, "//to_text(count(share > 0.0_wp .and. share < 1.0_wp))//" of them cut; "// &
+        counted(self%ties%n, "control point")//" at the edge without motion of their own")
+    end associate
   end subroutine describe
 
   subroutine carry_shell(self, store)

@@ -18,9 +18,9 @@ module shell_outline
 
 contains
 
-  !> Share of an element's area from which on its control points move for themselves: of smaller ones
-  !! the stiffness against bending would shorten the time increment. A sliver of the width e has the
-  !! largest frequency of a whole element where e is about the thickness.
+  !> Share of an element's area from which on its control points move for themselves: of smaller
+  !! ones the stiffness against bending would shorten the time increment. A sliver of the width e
+  !! has the largest frequency of a whole element where e is about the thickness.
   pure real(wp) function least_share(thickness, length) result(share)
     real(wp), intent(in) :: thickness, length      !! of the sheet, of its elements
     real(wp), parameter :: per_thickness = 0.9_wp, lowest = 0.05_wp, highest = 0.9_wp
@@ -91,8 +91,8 @@ contains
   end function mass_inside
 
   !> Stress and state of a trimmed sheet from those before: of whole elements to the last bit, of a
-  !! point of a cut one those of the nearest point of the element. The fundamental forms at these are
-  !! those of the shape now.
+  !! point of a cut one those of the nearest point of the element. The fundamental forms at these
+  !! are those of the shape now.
   subroutine carry_over(old, old_points, x, patch, points)
     type(solid_patch_t), intent(in) :: old
     type(shell_points_t), intent(in) :: old_points

@@ -2,9 +2,10 @@
 
 A strip in tension has the same stress everywhere, whatever slivers its edges leave. Free disks have
 the frequencies of plates (A. W. Leissa, Vibration of Plates, NASA SP-160, 1969, sec. 2.1.3), worked
-out here from the frequency equation of two nodal diameters; masses summed by rows give an error that
-falls with the square of the elements. A chain of forming, trimming, springback and a second cut
-keeps its balances, and has the same bits for any number of threads and when it is taken up again.
+out here from the frequency equation of two nodal diameters; masses summed by rows give an error
+that falls with the square of the elements. Loads act on what is inside. A chain of forming, trimming,
+springback and a second cut keeps its balances, and has the same bits for any number of threads and
+when it is taken up again.
 """
 import numpy as np
 from static_runs import same_bits
@@ -56,9 +57,23 @@ def strips(case):
                        np.abs(values / stress - 1).max(), 2e-6)
 
 
+def loads(case):
+    """Pressure, traction and gravity on a disk give it the momentum of the area inside."""
+    run = case.run("outline_disk", pressure=1e-3, traction=1e-3)
+    area = np.pi * RADIUS**2
+    time = run.time()[-1] + 0.5 * run.history["dt"][-1]      # of the velocities
+    impulse = 1e-3 * area * time
+    weight = 1e3 * DENSITY * THICKNESS * area * time
+    for axis, value, name in ((0, impulse, "traction"), (1, weight, "gravity"),
+                              (2, -impulse, "pressure")):
+        case.error(f"momentum that {name} gives to a disk", run.history["momentum"][-1][axis],
+                   value, 1e-6)
+
+
 def main():
     case = Case("Shells inside outlines", "uniform tension; frequencies of free disks")
     strips(case)
+    loads(case)
     exact = frequency_of_disk()
     sizes, errors = [], []
     for n in (24, 48):
