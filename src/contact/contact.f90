@@ -730,8 +730,8 @@ contains
     end if
   end subroutine schedule_tests
 
-  !> Give the points the areas that an outline leaves them, and springs in proportion. A point without
-  !! area touches nothing any more.
+  !> Give the points the areas that an outline leaves them, and springs in proportion. A point
+  !! without area touches nothing any more.
   subroutine trim_contact(contact, area, lost)
     type(contact_t), intent(inout) :: contact
     real(wp), intent(in) :: area(contact%secondary%n_points)      !! see `areas_inside`
