@@ -253,7 +253,7 @@ contains
     end associate
   end function extents
 
-  !> Warn of a tool that no contact pair and no bead names.
+  !> Warn of a tool that no contact pair, no bead and no offset names.
   subroutine check_tool(scene, i, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i
@@ -261,6 +261,7 @@ contains
 
     if (any(scene%contacts%tool == i)) return
     if (any(scene%beads%closing == i)) return   ! whose way the forces of a bead run over
+    if (any(scene%tools%offset_of == i)) return   ! from which another tool is made
     call add_warning(errors, scene%tools(i)%origin, "the tool "//scene%tools(i)%name// &
                      ", which touches nothing", "a *CONTACT PAIR that names it")
   end subroutine check_tool
