@@ -33,6 +33,7 @@ module static_step
   integer, parameter :: most_iterations = 16, enough_iterations = 8, most_cuts = 12
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
+  integer, parameter :: n_told = 3                 !! of the residuals, in the log
   integer, parameter :: most_free = 500            !! iterations of a part on its way to a tool
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the largest force
   real(wp), parameter :: in_contact = 10.0_wp      !! times that, with contact
@@ -115,7 +116,7 @@ contains
     type(static_equations_t) :: equations
     type(field_t), allocatable :: start(:)
     character(:), allocatable :: words
-    real(wp) :: left, dt
+    real(wp) :: left, dt, last(n_told)
     integer :: cut, n_iterations
 
     call keep_positions(model, start)
@@ -127,7 +128,7 @@ contains
       call new_equations(equations, model, run, dt, cut >= enough_cuts, error)
       if (allocated(error)) return
       if (cut == 0) call tell_held(equations, run, log)
-      call find_equilibrium(equations, model, run, n_iterations, words, error)
+      call find_equilibrium(equations, model, run, n_iterations, last, words, error)
       if (words == "" .and. .not. allocated(error)) exit
       call restore_start(equations, model, run)
       if (allocated(error)) return
@@ -141,7 +142,8 @@ contains
     end do
     call log_line(log, "static     time "//rounded_text(run%instant%time)//", "// &
                   to_text(n_iterations)//" iterations, residual "// &
-                  rounded_text(equations%norm/equations%largest)//" of the largest force")
+                  listed(last(max(1, size(last) - n_iterations):)/equations%largest)// &
+                  " of the largest force")
     call check_held(equations, error)
     call accept(equations, model, run, start)
     if (n_iterations <= enough_iterations) &
@@ -192,12 +194,25 @@ contains
                     "points held against rigid motions that the supports leave")
   end subroutine tell_held
 
+  !> Numbers in the order in which they came.
+  pure function listed(values) result(words)
+    real(wp), intent(in) :: values(:)
+    character(:), allocatable :: words
+    integer :: i
+
+    words = rounded_text(values(1))
+    do i = 2, size(values)
+      words = words//", "//rounded_text(values(i))
+    end do
+  end function listed
+
   !> Newton's method. `words` says why there is no equilibrium, or is empty.
-  subroutine find_equilibrium(equations, model, run, n_iterations, words, error)
+  subroutine find_equilibrium(equations, model, run, n_iterations, last, words, error)
     type(static_equations_t), intent(inout) :: equations
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     integer, intent(out) :: n_iterations
+    real(wp), intent(out) :: last(:)               !! residuals [force]
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:)
@@ -211,6 +226,7 @@ contains
     most = most_iterations + merge(more_with_care, 0, equations%is_careful)
     limit = tolerance*merge(in_contact, 1.0_wp, equations%has_contact)
     call start_increment(equations, model, run, u, share)
+    last = equations%norm
     is_stale = .true.
     do while (n_iterations == 0 .or. equations%norm > limit*equations%largest .or. &
               is_hovering(equations))
@@ -226,6 +242,7 @@ contains
       n_before = equations%n_touching
       call take_newton_step(equations, model, run, u, error)
       if (allocated(error)) return
+      last = [last(2:), equations%norm]
       is_stale = equations%norm > enough*before .or. equations%n_touching /= n_before
       if (is_hovering(equations)) then
         n_free = n_free + 1

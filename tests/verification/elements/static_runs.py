@@ -15,6 +15,14 @@ def iterations(case, deck):
                          if line.startswith("static     time")])
 
 
+def last_residuals(case, deck):
+    """The last three residuals of each increment with three at least, over the largest force."""
+    with open(os.path.join(case.out, f"{case.name}_{deck}.log"), encoding="utf-8") as log:
+        rows = [line.split("residual")[1].split(" of ")[0].split(",") for line in log
+                if line.startswith("static     time")]
+    return np.array([row for row in rows if len(row) == 3], dtype=float)
+
+
 def n_increments(log):
     """Static increments that a log names."""
     with open(log, encoding="utf-8") as file:
