@@ -10,7 +10,7 @@ module setup_check
   use shape_check, only: check_shape
   use reach_check, only: encounter_t, encounters_of, check_reach
   use clearance_check, only: check_clearance
-  use bend_check, only: check_bends
+  use bend_check, only: check_bends, check_layers
   use symmetry_check, only: check_symmetry, check_symmetry_names
   use effort_check, only: check_effort, add_effort_lines
   use amount_check, only: check_amounts
@@ -61,6 +61,7 @@ contains
     call check_clearance(scene, model, encounters, thickness, errors, is_squeezed)
     if (is_read) call check_travels(scene, model, thickness, is_squeezed, errors)
     call check_bends(scene, model, encounters, thickness, errors)
+    call check_layers(scene, model, encounters, thickness, errors)
     call check_forces(scene, model, encounters, thickness, errors)
     call check_amounts(scene, model, encounters, thickness, errors)
     call check_effort(scene, model, encounters, thickness, errors)
