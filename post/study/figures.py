@@ -120,7 +120,8 @@ def scatter(panel, study, rows, x, y, style, best):
         if study.default and has_settings(row, study.default):
             panel.plot(row[x], row[y], "s", color="black", markersize=11, fillstyle="none")
         if style.labels:
-            text = ", ".join(str(row.get(f"set_{name}", "")) for name in style.labels)
+            text = ", ".join(str(row[f"set_{name}"]) for name in style.labels
+                             if f"set_{name}" in row)
             panel.annotate(text, (row[x], row[y]), xytext=(5, 3), textcoords="offset points",
                            fontsize=6.5)
     others = draw_peers(panel, study, y.removesuffix("_error")) if x == COST else []

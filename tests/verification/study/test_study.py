@@ -16,7 +16,7 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
 from post.results import ResultsError  # noqa: E402
-from post.study import choice, spec, table  # noqa: E402
+from post.study import choice, figures, spec, table  # noqa: E402
 
 STUDY = """
 title = "Mesh of the pulled strip"
@@ -138,6 +138,26 @@ class TestStudy(unittest.TestCase):
         with open(os.path.join(self.folder, "tension_strip.key"), "a", encoding="utf-8") as file:
             file.write("*HISTORY POINT, NAME=middle\n0.5, 0.5, 0.5\n")
         self.assertIn("4 runs, 0 of them finished before", self.study(STUDY + CLOSED_FORM)[1])
+
+    def test_runs_may_have_parameters_that_others_lack(self):
+        """As where a deck includes one file or another, each with parameters of its own."""
+        for how, name in (("even", "count"), ("long", "cells")):
+            write(self.folder, f"{how}.inc", f"*PARAMETER, DEFAULT\n{name} = 2\nn_x = {name}\n")
+        write(self.folder, "strip.key", '*PARAMETER, DEFAULT\nframes = 2\nhow = "even"\n'
+                                        "*INCLUDE, INPUT=<how>.inc\n"
+                                        "*INCLUDE, INPUT=tension_strip.key\n")
+        text = (STUDY + CLOSED_FORM).replace(
+            "n_x = [2, 4]\nn_y = [1, 2]\n[default]\nn_x = 4\nn_y = 2\n",
+            'how = "even"\ncount = [1, 2]\n[[runs]]\nhow = "long"\ncells = 3\n').replace(
+            'colour = "n_x"', 'colour = "how"\nmarker = "count"\nlabel = ["count", "cells"]')
+        code, said, fault = self.study(text)
+        self.assertEqual(code, 0, said + fault)
+        rows = table.read_csv(os.path.join(self.work, "mesh.csv"))
+        self.assertEqual([(row.get("set_count"), row.get("set_cells")) for row in rows],
+                         [(1, None), (2, None), (None, 3)])
+        self.assertEqual([row["elements"] for row in rows], sorted(row["elements"] for row in rows))
+        panel = figures.draw(spec.read_study(os.path.join(self.folder, "mesh.toml")), rows).axes[0]
+        self.assertEqual([one.get_text() for one in panel.texts][:3], ["1", "2", "3"])
 
     def test_all_faults_of_a_study_are_told_at_once(self):
         path = write(self.folder, "bad.toml",
