@@ -20,8 +20,9 @@ from post.section import Section  # noqa: E402
 from post.springback import by_start, fitted, turn_between  # noqa: E402
 
 
-def run(folder, options=(), deck=None, name="example.h5", **parameters):
-    """Results of the deck with these parameters; kinetic and balance must be small."""
+def run(folder, options=(), deck=None, name="example.h5", since=0.5, **parameters):
+    """Results of the deck with these parameters; kinetic energy and balance must be small from this
+    part of the first step on."""
     deck = deck or os.path.join(PROJECT, "input", NAME + ".key")
     path = os.path.join(folder, name)
     sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
@@ -31,7 +32,7 @@ def run(folder, options=(), deck=None, name="example.h5", **parameters):
     assert LENGTH == "short" or not warnings, warnings
     results = Results(path)
     step = results.history("process_step")
-    late = results.history("time") > 0.5 * results.history("time")[step == 1][-1]
+    late = results.history("time") > since * results.history("time")[step == 1][-1]
     kinetic, internal = (results.history(f"{kind}_energy")[late]
                          for kind in ("kinetic", "internal"))
     between("kinetic over internal energy", (kinetic / internal).max(), 0,
@@ -182,7 +183,7 @@ def compare_relaxations(folder, static, deck, short):
 
 def channel_springback(folder):
     """How far the two ends of the strip turn against each other when the dies go."""
-    results = run(folder, ("--threads", "1"))
+    results = run(folder, ("--threads", "1"), since=0.75)
     between("penetration over thickness", results.history("max_penetration").max() / 3, 0, 0.02)
     section = Section(results)
     turned = []
