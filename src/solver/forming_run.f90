@@ -159,8 +159,11 @@ contains
         error%message = "*TRIM, NAME="//model%trims(i)%name//": "//error%message
         return
       end if
+      mass = mass - mass_of(model%bodies%blank%parts)
       call append_text(notes, "trim       "//model%trims(i)%name//", mass cut away "// &
-                       rounded_text(mass - mass_of(model%bodies%blank%parts)))
+                       rounded_text(mass))
+      if (.not. mass > 0.0_wp) call append_text(notes, "warning: *TRIM, NAME="// &
+        model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
     end do
     call trim_pairs(model%bodies%blank, model%forces)
     call trim_pairs(model%bodies%blank, model%later_forces)

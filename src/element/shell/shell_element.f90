@@ -137,7 +137,7 @@ contains
     associate (axes => self%grid%axes, viscosity => self%patch%viscosity)
       call cut_cells(all_regions, breaks(axes(1)), breaks(axes(2)), moments)
       if (.not. any(moments(1, :, :) > 0.0_wp)) then
-        call fail(error, "nothing is left of the sheet")
+        call fail(error, "curves that leave nothing of the sheet")
         return
       end if
       call new_shell_patch(patch, points, self%sheet, self%grid, self%rule, law, &
@@ -163,7 +163,8 @@ contains
     call give_mass(self%ties, self%mass)
     self%edge_distance = distances_inside(self%sheet, self%regions, self%ties%share)
     call keep_pushes(self)
-    if (.not. any(self%ties%is_free)) call fail(error, "nothing but slivers is left of the sheet")
+    if (.not. any(self%ties%is_free)) &
+      call fail(error, "curves that leave nothing but slivers of the sheet")
   end subroutine trim
 
   !> Fields of the faces for a patch that has changed; what waits on them stays.
