@@ -33,8 +33,11 @@ class Deck:
         return [record for record in self.records if record.keyword in keywords]
 
     def is_removed(self, tool, step):
-        """Whether the deck has taken a tool away in a step."""
-        is_away = False
+        """Whether the deck has taken a tool away in a step, or never brings it: it touches nothing,
+        and another one is its offset."""
+        touching = {same(record.options.get("TOOL", "")) for record in self.named("CONTACT PAIR")}
+        bases = {same(record.options.get("OF", "")) for record in self.named("TOOL")}
+        is_away = same(tool) in bases - touching
         for record in self.named("MODEL CHANGE"):
             names = [same(name) for row in record.data for name in row]
             if record.step <= step and same(tool) in names:

@@ -16,6 +16,7 @@ module face_penetration
   use secondary_surface, only: secondary_surface_t, new_sample_surface, secondary_positions, &
                                row_positions, point_position, secondary_line_t
   use contact, only: contact_t
+  use outline, only: region_t, is_inside
   use tool, only: tool_t
   use tool_bends, only: bend_t, tool_bends_below, sharpest_radius
   use closest_point, only: hit_t, follow, lanes_t, n_lanes, is_beside, follow_lanes
@@ -287,10 +288,13 @@ contains
     end associate
   end subroutine new_depth_samples
 
-  !> Leave out the samples whose contact points have no area: an outline leaves them outside.
-  pure subroutine trim_samples(samples, contact)
+  !> Leave out the samples that an outline leaves outside: all those of contact points without area,
+  !! and in cut elements each by itself.
+  pure subroutine trim_samples(samples, contact, regions)
     type(depth_samples_t), intent(inout) :: samples
     type(contact_t), intent(in) :: contact
+    type(region_t), intent(in) :: regions(:)          !! in the parameters of the face
+    logical :: is_in
     integer :: t, i, j, k, point
 
     k = 0
@@ -299,7 +303,13 @@ contains
         do i = samples%first(1, t), samples%last(1, t)
           k = index_of(samples, t, i, j)
           point = samples%near_1(i) + contact%secondary%n_along(1)*(samples%near_2(j) - 1)
-          if (contact%secondary%area(point) <= 0.0_wp) samples%wake(k) = huge(1.0_wp)
+          associate (area => contact%secondary%area(point), &
+                     whole => contact%secondary%whole_area(point))
+            is_in = area > 0.0_wp
+            if (is_in .and. abs(area - whole) > 0.0_wp) &
+              is_in = is_inside(regions, [samples%grid%lines(1)%xi(i), samples%grid%lines(2)%xi(j)])
+          end associate
+          if (.not. is_in) samples%wake(k) = huge(1.0_wp)
         end do
       end do
       samples%wake_at(t) = minval(samples%wake(samples%before(t) + 1:k))

@@ -101,7 +101,7 @@ contains
     trimmed = pair%pair%secondary
     call trim_surface(trimmed, body)
     call trim_contact(pair%pair, trimmed%area, lost)
-    call trim_samples(pair%samples, pair%pair)
+    call trim_samples(pair%samples, pair%pair, body%regions)
     pair%energy = pair%energy - lost
     pair%external_work = pair%external_work - lost
   end subroutine trim_pair
