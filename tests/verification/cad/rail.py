@@ -1,5 +1,5 @@
-"""The S-rail of input/cad_rail.key with the die from STEP, from IGES with trimmed surfaces (144) and
-from IGES with a solid (186): forces, draw-in and thinning must agree. The stored files are used.
+"""The S-rail of input/cad_rail.key with the die from STEP, from IGES with trimmed surfaces (144)
+and from IGES with a solid (186): forces, draw-in and thinning must agree. The stored files serve.
 
     python rail.py IGAFORM INPUT OUT
 """
@@ -10,7 +10,7 @@ import sys
 import h5py
 import numpy as np
 
-SETTINGS = {"size": 12, "depth": 6, "frames": 2}
+SETTINGS = {"size": 12, "depth": 12, "frames": 2}
 SAME = 1e-4     # of the peak force, of the range of thinning and of the way of the edge
 
 
