@@ -21,6 +21,7 @@ import textwrap
 # Degrees and points along axes 1, 2, 3 of the instances. A new instance is one more entry.
 SOLID_RULES = ["222222", "222223", "222224", "222226", "222333"]
 SHELL_RULES = ["210216", "220224", "220226", "330336"]   # of mid-surfaces, the first of a strip
+CUT_RULES = ["220416", "220414"]   # of elements that an outline cuts, all points along axis 1
 STRIP_RULES = ["212212", "212213", "212214", "212216"]   # linear across, with one point there
 
 MOST_POINTS = 12   # of an element, worked in one call of a law
@@ -193,16 +194,16 @@ KERNELS = [
            ["METRIC"], [], SHELL_RULES, SHELL_COUNTS, metric_arguments),
     Kernel("kl_cut", "block_forces", "Block force kernel of cut shells", "shell_kernel.inc",
            ["SCATTERED"], [LAW, ("plane_stress", "areal_modulus, thinning_ratio")],
-           [], CUT_COUNTS, cut_arguments),
+           CUT_RULES, CUT_COUNTS, cut_arguments),
     Kernel("kl_cutmetric", "block_metric", "Fundamental forms of cut shells", "shell_kernel.inc",
            ["SCATTERED", "METRIC"], [], [], CUT_COUNTS, cut_metric_arguments),
 ]
 
 
-def rule_table(rules, places):
+def rule_table(rules, places, name="tuned_rules"):
     """Declaration of the degrees and points of the instances, a column each."""
     shape = f"{len(places)}, {len(rules)}"
-    return wrapped(f"integer, parameter :: tuned_rules({shape}) = reshape([ ",
+    return wrapped(f"integer, parameter :: {name}({shape}) = reshape([ ",
                    [rule[place] for rule in rules for place in places], f"], [{shape}])")
 
 
@@ -224,7 +225,8 @@ def main(folder):
     write(folder/"ig_solid_rules.inc", rule_table(SOLID_RULES, range(6))
           + f"      integer, parameter :: tuned_rows({len(SOLID_RULES)}) = [{rows}]\n")
     write(folder/"plane_strain_rules.inc", rule_table(STRIP_RULES, [0, 2, 3, 5]))
-    write(folder/"shell_rules.inc", rule_table(SHELL_RULES, range(6)))
+    write(folder/"shell_rules.inc", rule_table(SHELL_RULES, range(6))
+          + rule_table(CUT_RULES, range(6), "cut_rules"))
     write(folder/"kernels.cmake", "set(kernels " + " ".join(names) + ")\n"
           "set(rules " + " ".join(SOLID_RULES + SHELL_RULES + STRIP_RULES) + ")\n")
 
