@@ -37,7 +37,7 @@ class Deck:
         and another one is its offset."""
         touching = {same(record.options.get("TOOL", "")) for record in self.named("CONTACT PAIR")}
         bases = {same(record.options.get("OF", "")) for record in self.named("TOOL")}
-        is_away = same(tool) in bases - touching
+        is_away = bool(touching) and same(tool) in bases - touching
         for record in self.named("MODEL CHANGE"):
             names = [same(name) for row in record.data for name in row]
             if record.step <= step and same(tool) in names:

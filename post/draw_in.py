@@ -113,7 +113,7 @@ class Outline:
         edges, middles = [], []
         first = self.results.patches[0]
         if first.elements_left(0) is not None:       # such a sheet has one patch
-            return [(first, line, None) for line in first.edge_lines(0)]
+            return [(first, line, None) for line in first.edge_lines(0)] + self._edges_left(first)
         for patch in self.results.patches:
             n = patch.n_elements
             lines = [np.linspace(0, n[d], N_PER_ELEMENT * n[d] + 1) for d in (0, 1)]
@@ -127,6 +127,29 @@ class Outline:
         reach = SAME * np.ptp(middles, axis=0).max()
         n_same = [np.count_nonzero(np.linalg.norm(middles - m, axis=1) <= reach) for m in middles]
         return [edge for edge, n in zip(edges, n_same) if n == 1]
+
+    @staticmethod
+    def _edges_left(patch):
+        """The parts of the patch's own edges that an outline leaves, as lines of places."""
+        n = patch.n_elements
+        is_left = np.pad(patch.elements_left(0), 1)
+        xi, eta = (np.linspace(0, n[d], N_PER_ELEMENT * n[d] + 1) for d in (0, 1))
+        lines = []
+        for axis, line in ((0, xi), (1, eta)):
+            for end in (0, n[1 - axis]):
+                places = np.full((len(line), 2), float(end))
+                places[:, axis] = line
+                element = np.clip((line - 1e-9).astype(int), 0, n[axis] - 1) + 1
+                beside = 1 if end == 0 else n[1 - axis]
+                there = is_left[beside, element] if axis == 0 else is_left[element, beside]
+                distance = patch.sample("edge_distance", 0, xi if axis == 0 else [end],
+                                        [end] if axis == 0 else eta, [0])[0].reshape(-1)
+                there = there & (distance > 0)
+                cuts = np.flatnonzero(np.diff(there.astype(int))) + 1
+                lines += [(patch, part, None) for part, kept in
+                          zip(np.split(places, cuts), np.split(there, cuts))
+                          if kept[0] and len(part) > 1]
+        return lines
 
     def _line(self, patch, xi, eta, frame):
         zeta = [0.5 * patch.n_elements[2]]

@@ -193,7 +193,7 @@ contains
       end do
       if (size(model%later_steps) == 0) exit
       call enter_next_step(model, run, notes, error)
-      if (allocated(error)) exit
+      if (allocated(error)) return
     end do
     call cpu_time(finish)
     inertia%is_complete = .true.

@@ -196,7 +196,7 @@ KERNELS = [
            ["SCATTERED"], [LAW, ("plane_stress", "areal_modulus, thinning_ratio")],
            CUT_RULES, CUT_COUNTS, cut_arguments),
     Kernel("kl_cutmetric", "block_metric", "Fundamental forms of cut shells", "shell_kernel.inc",
-           ["SCATTERED", "METRIC"], [], [], CUT_COUNTS, cut_metric_arguments),
+           ["SCATTERED", "METRIC"], [], CUT_RULES, CUT_COUNTS, cut_metric_arguments),
 ]
 
 

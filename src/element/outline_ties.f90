@@ -25,6 +25,8 @@ module outline_ties
     logical, allocatable :: is_free(:, :)           !! control points that move for themselves
     logical, allocatable :: is_idle(:, :)           !! those that nothing moves
     real(wp), allocatable :: share(:, :)            !! of each element that is inside
+    integer :: farthest = 0                         !! elements between an element with something
+                                                    !! inside and that which leads its points
   end type outline_ties_t
 
 contains
@@ -67,6 +69,13 @@ contains
         ties%leader(:, ties%n) = [first1(e(1)), first2(e(2))]
         ties%coefficient1(:, ties%n) = continued(axes(1), first1(e(1)), i)
         ties%coefficient2(:, ties%n) = continued(axes(2), first2(e(2)), j)
+      end do
+    end do
+    do j = 1, size(first2)
+      do i = 1, size(first1)
+        if (share(i, j) <= 0.0_wp .or. share(i, j) >= least) cycle
+        e = nearest_element([first1(i), first2(j)] + p/2, first1, first2, p, share >= least)
+        ties%farthest = max(ties%farthest, maxval(abs(e - [i, j])))
       end do
     end do
   end subroutine new_outline_ties

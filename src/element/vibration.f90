@@ -6,7 +6,8 @@ module vibration
   use patch_seams, only: seams_t, is_counted, collect, sum_groups, distribute
   use element, only: part_t, force_report_t
   use shell_joints, only: shell_joints_t
-  use body_parts, only: forces_of_parts, elastic_copies
+  use body_parts, only: lead_edges, forces_of_parts, elastic_copies
+  use outline_ties, only: outline_ties_t
   use linear_algebra, only: eigenvalues
   implicit none
   private
@@ -94,6 +95,7 @@ contains
         counts = [counts, counts, counts] .and. .not. [fixed(p)%is_fixed]
         do i = 1, size(counts)
           if (.not. counts(i)) cycle
+          if (.not. moves_itself(bodies(p)%element%ties, shape(bodies(p)%element%mass), i)) cycle
           if (allocated(fixed(p)%leader)) then
             if (fixed(p)%leader(i) /= i) cycle
           end if
@@ -108,6 +110,18 @@ contains
       if (pass == 1) allocate (free(n))
     end do
   end function list_free
+
+  !> Is the control point of a component neither outside of an outline nor led by others?
+  pure logical function moves_itself(ties, n, i)
+    type(outline_ties_t), intent(in) :: ties
+    integer, intent(in) :: n(3), i                 !! control points, place of the component
+
+    moves_itself = .true.
+    if (.not. allocated(ties%is_free)) return
+    associate (at => mod(i - 1, n(1)*n(2)))
+      moves_itself = ties%is_free(mod(at, n(1)) + 1, at/n(1) + 1)
+    end associate
+  end function moves_itself
 
   !> Forces in the free components that a motion of one of them raises.
   subroutine raise_forces(bodies, seams, springs, law, moved, amount, free, forces)
@@ -131,6 +145,7 @@ contains
     do p = 1, size(bodies)
       call distribute(seams, p, size(bodies(p)%element%mass), 3, bodies(p)%element%motion%v)
     end do
+    call lead_edges(bodies)
     call forces_of_parts(bodies, seams, law, 1.0_wp, report, .true., springs)
     do i = 1, size(free)
       associate (force => bodies(free(i)%part)%element%motion%internal_force)

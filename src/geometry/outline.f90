@@ -187,9 +187,39 @@ contains
     if (size(polygons) == 1) return
     do q = 1, size(polygons)
       if (q == p) cycle
-      if (is_within(polygons(q)%corners, polygons(p)%corners(:, 1))) n = n + 1
+      if (is_within(polygons(q)%corners, place_within(polygons(p)%corners))) n = n + 1
     end do
   end function n_around
+
+  !> A place inside a polygon: half-way between the first two crossings of a line along the first
+  !! axis with it, through the middle of its steepest edge. Corners may lie on other polygons.
+  pure function place_within(corners) result(place)
+    real(wp), intent(in) :: corners(:, :)
+    real(wp) :: place(2), first, second, x
+    integer :: i, j, k, n
+
+    n = size(corners, 2)
+    k = maxloc(abs(corners(2, :) - cshift(corners(2, :), 1)), 1)
+    place(2) = 0.5_wp*(corners(2, k) + corners(2, mod(k - 2 + n, n) + 1))
+    first = huge(first)
+    second = huge(second)
+    j = n
+    do i = 1, n
+      associate (a => corners(:, i), b => corners(:, j))
+        if ((a(2) > place(2)) .neqv. (b(2) > place(2))) then
+          x = a(1) + (place(2) - a(2))/(b(2) - a(2))*(b(1) - a(1))
+          if (x < first) then
+            second = first
+            first = x
+          else
+            second = min(second, x)
+          end if
+        end if
+      end associate
+      j = i
+    end do
+    place(1) = 0.5_wp*(first + second)
+  end function place_within
 
   !> Does a place count in all regions?
   pure logical function is_inside(regions, place)

@@ -223,7 +223,7 @@ contains
     integer :: i, j
 
     best = huge(best)
-    at = 0.5_wp
+    at = [surface%axes(1)%knots(1), surface%axes(2)%knots(1)]
     associate (xi => lines(surface%axes(1), samples_per_element), &
                eta => lines(surface%axes(2), samples_per_element))
       do j = 1, size(eta)
@@ -249,8 +249,9 @@ contains
     real(wp), intent(inout) :: at(2)
     logical, intent(out) :: is_found
     integer, parameter :: most = 30
-    real(wp), parameter :: near = 1.0e-11_wp, flat = 1.0e-3_wp, longest = 0.2_wp
-    real(wp) :: x(3), d1(3, 2), inside(2), lack(2), step(2), det
+    real(wp), parameter :: near = 1.0e-11_wp, flat = 1.0e-3_wp
+    real(wp), parameter :: longest = 0.2_wp         ! step, of the range of the knots
+    real(wp) :: x(3), d1(3, 2), inside(2), lack(2), step(2), det, range(2)
     integer :: i, a
 
     is_found = .false.
@@ -258,6 +259,7 @@ contains
       do a = 1, 2
         associate (knots => surface%axes(a)%knots)
           inside(a) = min(max(at(a), knots(1)), knots(size(knots)))
+          range(a) = knots(size(knots)) - knots(1)
         end associate
       end do
       call evaluate_surface(surface, inside, x, d1)
@@ -270,7 +272,7 @@ contains
         if (abs(det) <= flat*norm2(d1(:, 1))*norm2(d1(:, 2))) return
         step = [j(2, 2)*lack(1) - j(1, 2)*lack(2), j(1, 1)*lack(2) - j(2, 1)*lack(1)]/det
       end associate
-      at = at + step*min(1.0_wp, longest/max(norm2(step), tiny(1.0_wp)))
+      at = at + step*min(1.0_wp, longest/max(norm2(step/range), tiny(1.0_wp)))
     end do
   end subroutine find_place
 

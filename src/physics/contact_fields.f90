@@ -183,6 +183,8 @@ contains
     surface = fields%surface
     surface%points = net_x
     call new_secondary_surface(now, surface, fields%kind, fields%n_gauss, error)
+    if (allocated(pair%secondary%whole_area)) &
+      now%area = now%area*pair%secondary%area/pair%secondary%whole_area
     associate (n => pair%secondary%n_along)
       grid%xi = pair%secondary%lines(1)%xi
       grid%eta = pair%secondary%lines(2)%xi

@@ -303,19 +303,6 @@ contains
     end select
   end subroutine derive_part
 
-  !> The same through the thickness.
-  subroutine edge_on_patch(view, frame, values)
-    type(patch_view_t), intent(in) :: view
-    type(patch_frame_t), intent(in) :: frame
-    real(wp), intent(inout) :: values(:, :)
-
-    if (.not. allocated(frame%edge_distance)) then
-      values = huge(1.0_wp)
-      return
-    end if
-    values(:, 1) = [spread(frame%edge_distance, 3, view%grid%n(3))]
-  end subroutine edge_on_patch
-
   subroutine displacement_on_patch(view, frame, values)
     type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
@@ -332,6 +319,19 @@ contains
 
     values = carried(view%points, view%tool_of_point, frame%tool_displacement, frame%tool_turn)
   end subroutine displacement_on_tools
+
+  !> How far inside an outline, the same for all points of a column.
+  subroutine edge_on_patch(view, frame, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    if (.not. allocated(frame%edge_distance)) then
+      values = huge(1.0_wp)
+      return
+    end if
+    values(:, 1) = [spread(frame%edge_distance, 3, view%grid%n(3))]
+  end subroutine edge_on_patch
 
   subroutine velocity_on_patch(view, frame, values)
     type(patch_view_t), intent(in) :: view

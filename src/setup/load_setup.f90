@@ -29,6 +29,7 @@ contains
     type(error_list_t), intent(inout) :: errors
     class(effect_t), allocatable :: load
     type(curve_t) :: curve
+    integer, parameter :: first_large = 5   ! faces from here on are the large ones
     logical :: has_face, has_element
     integer :: p, face
 
@@ -45,6 +46,11 @@ contains
           has_face = .true.
           if (patch%is_joined(face)) cycle
           associate (body => model%bodies%blank%parts(p)%element)
+            if (face < first_large .and. allocated(body%ties%share)) then
+              call add_error(errors, spec%origin, "a load on the edge '"//set%name//"' of a "// &
+                             "sheet with an outline", "a load on ZETA_MIN or ZETA_MAX")
+              return
+            end if
             call new_face_load(spec, body, set, p, face, scene%reduction%axis, curve, load)
           end associate
         end associate

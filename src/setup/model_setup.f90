@@ -6,7 +6,7 @@ module model_setup
   use failure, only: error_t
   use input_errors, only: origin_t, error_list_t, add_error, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text, counted
-  use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t, material_spec_t
+  use scene, only: face_of_set, scene_t, blank_spec_t, patch_spec_t, motion_spec_t, material_spec_t
   use linear_algebra, only: cross
   use knot_vector, only: n_spans
   use patch_seams, only: column_mask_t
@@ -22,6 +22,7 @@ module model_setup
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: blank_t, new_blank, columns_of
   use blank_trim, only: cut_blank
+  use body_parts, only: lead_edges
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
   use boundary_setup, only: members_t, find_members, add_supports, curve_of
   use element_kinds, only: reduce_to_plane
@@ -66,6 +67,7 @@ contains
     if (scene%step%thickness_factor > 1.0_wp) call check_columns(scene, model%bodies%blank, errors)
     if (n_errors(errors) > before) return
     call set_initial_velocities(scene, model)
+    call lead_edges(model%bodies%blank%parts)
     call add_supports(scene, model, errors)
     call add_field_changes(scene, model)
     call set_stable_step(model)
@@ -237,6 +239,14 @@ contains
     if (.not. allocated(scene%outlines)) return
     deallocate (model%trims)
     allocate (model%trims(size(scene%outlines)))
+    associate (blank => model%bodies%blank)
+      if (blank%joints%n_lines > 0 .or. blank%seams%n_groups > 0) then
+        call add_error(errors, scene%outlines(1)%origin, "an outline of a sheet with joints, "// &
+                       "which is closed upon itself or has knots as often as its degree", &
+                       "a sheet without joints")
+        return
+      end if
+    end associate
     do i = 1, size(model%trims)
       associate (spec => scene%outlines(i), trim => model%trims(i))
         trim%name = spec%name
@@ -244,7 +254,7 @@ contains
         trim%axis = spec%axis
         trim%is_outside = spec%is_outside
         trim%polygons = spec%polygons
-        if (spec%step > 0) then
+        if (spec%step > 1) then   ! at time 0 the sheet lies as it is
           call refuse_fixed_loads(scene, spec%step, spec%origin, errors)
           cycle
         end if
@@ -262,12 +272,18 @@ contains
     integer, intent(in) :: step
     type(origin_t), intent(in) :: origin
     type(error_list_t), intent(inout) :: errors
+    integer, parameter :: first_large = 5   ! faces from here on are the large ones
     integer :: i
 
     do i = 1, size(scene%loads)
-      if (scene%loads(i)%kind == "TRACTION" .and. scene%loads(i)%last_step >= step) &
-        call add_error(errors, origin, "a trim of a sheet with a *TRACTION", "*PRESSURE, or "// &
-                       "*TRACTION, OP=NEW in this step")
+      if (scene%loads(i)%kind == "GRAVITY" .or. scene%loads(i)%last_step < step) cycle
+      associate (set => scene%sets(scene%loads(i)%set))
+        if (scene%loads(i)%kind == "TRACTION" .or. &
+            face_of_set(scene%blank%patches(1)%solid, set, 1) < first_large) &
+          call add_error(errors, origin, "a trim of a sheet with a load on '"//set%name//"'", &
+                         "*PRESSURE on ZETA_MIN or ZETA_MAX, or the end of the load before, by "// &
+                         "OP=NEW in this step")
+      end associate
     end do
     do i = 1, size(scene%beads)
       if (scene%beads(i)%last_step >= step) call add_error(errors, origin, "a trim of a sheet "// &

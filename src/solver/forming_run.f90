@@ -145,7 +145,8 @@ contains
     type(string_t), allocatable, intent(out) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(energy_balance_t) :: before, after
-    real(wp) :: mass, omega
+    real(wp), parameter :: nothing = 1.0e-9_wp   ! of the mass
+    real(wp) :: mass, part
     integer :: i
 
     allocate (notes(0))
@@ -159,10 +160,11 @@ contains
         error%message = "*TRIM, NAME="//model%trims(i)%name//": "//error%message
         return
       end if
-      mass = mass - mass_of(model%bodies%blank%parts)
+      part = 1.0_wp - mass_of(model%bodies%blank%parts)/mass
+      model%bodies%blank%added_mass = (1.0_wp - part)*model%bodies%blank%added_mass
       call append_text(notes, "trim       "//model%trims(i)%name//", mass cut away "// &
-                       rounded_text(mass))
-      if (.not. mass > 0.0_wp) call append_text(notes, "warning: *TRIM, NAME="// &
+                       rounded_text(part*mass))
+      if (.not. part > nothing) call append_text(notes, "warning: *TRIM, NAME="// &
         model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
     end do
     call trim_pairs(model%bodies%blank, model%forces)
@@ -172,14 +174,27 @@ contains
     call take_balances(model, run, after)
     run%balance%stopped = run%balance%stopped + before%kinetic - after%kinetic
     run%balance%momentum_at_start = run%balance%momentum_at_start + after%momentum - before%momentum
-    if (model%step%is_static) return
-    associate (blank => model%bodies%blank)
-      call largest_frequency(blank%parts, blank%seams, blank%law, omega, model%rate, blank%joints)
-      model%stable_step = viscous_step(blank%parts, blank%seams, blank%law, omega)
-    end associate
+    run%balance%kinetic = after%kinetic
+    run%balance%momentum = after%momentum
+    call limit_increment(model)
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
   end subroutine make_cuts
+
+  !> The stable increment of a sheet that was trimmed, where it is less than before: contact springs
+  !! are made for that one.
+  subroutine limit_increment(model)
+    type(model_t), intent(inout) :: model
+    real(wp) :: omega, rate, stable
+
+    associate (blank => model%bodies%blank)
+      call largest_frequency(blank%parts, blank%seams, blank%law, omega, rate, blank%joints)
+      stable = viscous_step(blank%parts, blank%seams, blank%law, omega)
+    end associate
+    ! Of the shape at the start, as the other one.
+    if (.not. stable*sqrt(rate) < model%stable_step*sqrt(model%rate)) return
+    model%stable_step = stable*sqrt(rate/model%rate)
+  end subroutine limit_increment
 
   !> The first half step of an explicit step from rest: an increment without one before it.
   subroutine begin_motion(model, run, rate)

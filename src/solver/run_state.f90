@@ -78,6 +78,7 @@ contains
     if (store%reason /= "") return
     call carry_outlines(model, store)
     if (store%reason /= "") return
+    run%control = new_step_control(model, model%step_starts(model%i_step))
     call carry_run(model, run, store)
     run%is_resumed = .true.
   end subroutine unpack_run
@@ -89,8 +90,10 @@ contains
     type(state_store_t), intent(inout) :: store
     type(region_t), allocatable :: regions(:)
     type(error_t), allocatable :: error
-    integer :: p, n, n_before
+    integer :: p, n, n_before, r
 
+    call enter_folder(store, "outline")
+    call carry(store, "stable_step", model%stable_step)
     do p = 1, size(model%bodies%blank%parts)
       associate (element => model%bodies%blank%parts(p)%element)
         call enter_folder(store, "outline/"//to_text(p))
@@ -103,8 +106,12 @@ contains
         allocate (regions(n))
         if (n_before > 0) regions(:n_before) = element%regions
         call carry_regions(store, regions)
+        do r = n_before + 1, n   ! one after the other, as they were cut
+          call element%trim(regions(r:r), model%bodies%blank%law, error)
+          if (allocated(error)) store%reason = error%message
+          if (store%reason /= "") return
+        end do
         if (n > n_before) then
-          call element%trim(regions(n_before + 1:), model%bodies%blank%law, error)
           call set_inertia(model%bodies%blank%parts, model%bodies%blank%seams)
           call trim_pairs(model%bodies%blank, model%forces)
           call trim_pairs(model%bodies%blank, model%later_forces)

@@ -35,6 +35,8 @@ module shell_element
 
   public :: new_shell_element
 
+  integer, parameter :: most_away = 3   !! elements from a follower inside an outline to its leader
+
   !> A mid-surface; its grid has one control point across.
   type, extends(solid_element_t), public :: shell_element_t
     type(shell_points_t) :: points
@@ -131,7 +133,7 @@ contains
     type(region_t), allocatable :: all_regions(:)
     type(solid_patch_t) :: patch
     type(shell_points_t) :: points
-    real(wp) :: moments(n_moments, self%n_elements(1), self%n_elements(2)), before
+    real(wp) :: moments(n_moments, self%n_elements(1), self%n_elements(2)), before, least
 
     call join_regions(self%regions, regions, all_regions)
     associate (axes => self%grid%axes, viscosity => self%patch%viscosity)
@@ -147,6 +149,8 @@ contains
       patch%n_fields = self%patch%n_fields
       if (self%n_fields > 0) call new_given_fields(patch, self%n_fields)
       before = sum(self%mass)/sum(mass_now(self))
+      ! Of the sheet at the start, so that a restart comes to the same.
+      least = least_share(maxval(points%thickness), shortest_length(points))
       call carry_over(self%patch, self%points, self%motion%x, patch, points)
       patch%viscosity%density = viscosity%density
       patch%viscosity%wave_speed = viscosity%wave_speed
@@ -158,33 +162,31 @@ contains
     self%buffers = new_tile_buffers(patch)
     self%mass = before*mass_now(self)
     call new_outline_ties(self%grid%axes(:2), patch%axes(1)%first, patch%axes(2)%first, &
-                          0.25_wp*moments(1, :, :), &
-                          least_share(maxval(points%thickness), shortest_length(points)), self%ties)
+                          0.25_wp*moments(1, :, :), least, self%ties)
     call give_mass(self%ties, self%mass)
     self%edge_distance = distances_inside(self%sheet, self%regions, self%ties%share)
-    call keep_pushes(self)
+    call renew_faces(self)
     if (.not. any(self%ties%is_free)) &
       call fail(error, "curves that leave nothing but slivers of the sheet")
+    if (allocated(error)) return
+    if (self%ties%farthest > most_away) call fail(error, "curves that leave a part of the "// &
+      "sheet narrower than an element, apart from those with more than "// &
+      rounded_text(100.0_wp*least)//" % of their area inside")
   end subroutine trim
 
-  !> Fields of the faces for a patch that has changed; what waits on them stays.
-  subroutine keep_pushes(self)
+  !> Fields of the faces for a patch that has changed. The normal stress of contact begins anew with
+  !! the next increment.
+  subroutine renew_faces(self)
     type(shell_element_t), intent(inout) :: self
-    type(through_fields_t) :: through
     integer :: c
 
-    call new_through_fields(self%patch, self%points, through)
-    through%is_watched = self%through%is_watched
-    through%is_pressed = self%through%is_pressed
-    through%push = self%through%push
-    through%normal = self%through%normal
-    self%through = through
+    call new_through_fields(self%patch, self%points, self%through)
     self%seen = min(self%seen, self%patch%increment - 2)   ! they are looked at anew
     self%thickness = thickness_of(self)
     do c = 1, 3
       where (self%ties%is_idle) self%motion%v(:, :, 1, c) = 0.0_wp
     end do
-  end subroutine keep_pushes
+  end subroutine renew_faces
 
   !> Lumped mass of the control points, without what scaling has added.
   function mass_now(self) result(mass)

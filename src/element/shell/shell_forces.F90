@@ -215,7 +215,7 @@ contains
     q = patch%axes%n_points
     cut = cut_number(patch, block)
     if (cut > 0) then
-      select case (merge(2, 1, patch%is_rational))
+      select case (instance_of(cut_rules, [p(:2), 0], [q(1)*q(2), 1, q(3)], patch%is_rational))
 #include "kl_cutmetric_cases.inc"
       end select
       return

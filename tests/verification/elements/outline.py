@@ -87,9 +87,11 @@ def main():
     case.deviation(f"frequency of the free disk, {exact:.5g}", errors[-1], 4e-3)
     case.rate("rate of the frequency", sizes, errors, 1.8, 2.3)
     run = case.run("trim_chain")
+    has_begun = run.history["internal_energy"] > 1e-6       # before the roll comes all is round-off
     case.deviation("draw, trim, springback, hole: energy balance",
-                   np.abs(run.history["energy_error"]).max(), 1e-3)
-    same_bits(case, "trim_chain", 1, 2)
+                   np.abs(run.history["energy_error"])[has_begun].max(), 1e-3)
+    same_bits(case, "trim_chain", 1, 3)
+    same_bits(case, "trim_chain", 2, 3)                     # while it swings, after the second cut
     case.panel("element [mm]", "error of the frequency",
                [("free disk", "o-", sizes, np.abs(errors))], "log")
     case.finish()
