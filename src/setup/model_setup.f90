@@ -237,6 +237,7 @@ contains
 
     allocate (model%trims(0))
     if (.not. allocated(scene%outlines)) return
+    if (size(scene%outlines) == 0) return
     deallocate (model%trims)
     allocate (model%trims(size(scene%outlines)))
     associate (blank => model%bodies%blank)
