@@ -32,7 +32,7 @@ def start_ends(results, axis):
     """Least and largest coordinate of the sheet at the start."""
     values = np.concatenate([(patch.field("Points", 0) - patch.field("displacement", 0))[..., axis]
                              .ravel() for patch in results.patches])
-    return float(values.min()), float(values.max())
+    return float(np.nanmin(values)), float(np.nanmax(values))
 
 
 def symmetry_place(results, axis, ends):

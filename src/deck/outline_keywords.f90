@@ -103,10 +103,30 @@ contains
     end do
     call end_curve(deck, record, record%n_lines, curve, outline, errors)
     if (size(outline%polygons) == 0) return
+    call refuse_twins(record, outline, errors)
     call find_crossing(outline%polygons, is_crossing, place)
     if (is_crossing) call add_error(errors, record%origin, "curves that cross at "// &
                                     place_text([place, 0.0_wp]), "curves that do not cross")
   end subroutine read_curves
+
+  !> The same curve twice is one within the other nowhere.
+  subroutine refuse_twins(record, outline, errors)
+    type(record_t), intent(in) :: record
+    type(outline_spec_t), intent(in) :: outline
+    type(error_list_t), intent(inout) :: errors
+    integer :: p, q
+
+    do p = 2, size(outline%polygons)
+      do q = 1, p - 1
+        associate (a => outline%polygons(p)%corners, b => outline%polygons(q)%corners)
+          if (size(a) /= size(b)) cycle
+          if (any(abs(a - b) > 0.0_wp)) cycle
+          call add_error(errors, record%origin, "the same curve twice, at "// &
+                         place_text([a(:, 1), 0.0_wp]), "it once")
+        end associate
+      end do
+    end do
+  end subroutine refuse_twins
 
   !> A number that may be left out: then 0.
   pure real(wp) function number_of(record, line, field) result(number)

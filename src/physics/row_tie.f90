@@ -3,6 +3,7 @@
 module row_tie
   use kinds, only: wp
   use state_store, only: state_store_t
+  use element, only: element_t
   use blank, only: assembly_t, blank_t
   use effect, only: effect_t, instant_t
   implicit none
@@ -45,6 +46,7 @@ contains
       momentum = 0.0_wp
       do p = first, tie%last(g)
         associate (at => tie%points(:, p), body => blank%parts(tie%part(p))%element)
+          if (is_led(body, at)) cycle
           mass = mass + body%inertia(at(1), at(2), at(3))
           momentum = momentum + body%inertia(at(1), at(2), at(3)) &
                      *body%motion%v(at(1), at(2), at(3), tie%component)
@@ -52,6 +54,7 @@ contains
       end do
       do p = first, tie%last(g)
         associate (at => tie%points(:, p))
+          if (is_led(blank%parts(tie%part(p))%element, at)) cycle
           blank%parts(tie%part(p))%element%motion%v(at(1), at(2), at(3), tie%component) = &
             momentum/mass
         end associate
@@ -59,6 +62,16 @@ contains
       first = tie%last(g) + 1
     end do
   end subroutine even_out
+
+  !> Does a control point follow others at the edge of an outline, or lie outside? It is none of the
+  !! group then.
+  pure logical function is_led(body, at)
+    class(element_t), intent(in) :: body
+    integer, intent(in) :: at(3)
+
+    is_led = .false.
+    if (allocated(body%ties%is_free)) is_led = .not. body%ties%is_free(at(1), at(2))
+  end function is_led
 
   !> All follows from the motion.
   subroutine carry_tie(self, store)

@@ -163,7 +163,7 @@ contains
       part = 1.0_wp - mass_of(model%bodies%blank%parts)/mass
       model%bodies%blank%added_mass = (1.0_wp - part)*model%bodies%blank%added_mass
       call append_text(notes, "trim       "//model%trims(i)%name//", mass cut away "// &
-                       rounded_text(part*mass))
+                       rounded_text(part*mass/model%bodies%blank%mass_factor))
       if (.not. part > nothing) call append_text(notes, "warning: *TRIM, NAME="// &
         model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
     end do

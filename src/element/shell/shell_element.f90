@@ -151,6 +151,14 @@ contains
       before = sum(self%mass)/sum(mass_now(self))
       ! Of the sheet at the start, so that a restart comes to the same.
       least = least_share(maxval(points%thickness), shortest_length(points))
+      call new_outline_ties(axes(:2), patch%axes(1)%first, patch%axes(2)%first, &
+                            0.25_wp*moments(1, :, :), least, self%ties)
+      if (.not. any(self%ties%is_free)) then
+        call fail(error, "curves that leave nothing but slivers of the sheet")
+        return
+      end if
+      ! A rigid motion of the leaders must be one of all: slivers are laid as they continue these.
+      call lead_points(self%ties, self%motion%x)
       call carry_over(self%patch, self%points, self%motion%x, patch, points)
       patch%viscosity%density = viscosity%density
       patch%viscosity%wave_speed = viscosity%wave_speed
@@ -161,14 +169,9 @@ contains
     self%n_evaluated = n_lanes*product(self%rule%n)*patch%n_blocks
     self%buffers = new_tile_buffers(patch)
     self%mass = before*mass_now(self)
-    call new_outline_ties(self%grid%axes(:2), patch%axes(1)%first, patch%axes(2)%first, &
-                          0.25_wp*moments(1, :, :), least, self%ties)
     call give_mass(self%ties, self%mass)
     self%edge_distance = distances_inside(self%sheet, self%regions, self%ties%share)
     call renew_faces(self)
-    if (.not. any(self%ties%is_free)) &
-      call fail(error, "curves that leave nothing but slivers of the sheet")
-    if (allocated(error)) return
     if (self%ties%farthest > most_away) call fail(error, "curves that leave a part of the "// &
       "sheet narrower than an element, apart from those with more than "// &
       rounded_text(100.0_wp*least)//" % of their area inside")
