@@ -84,6 +84,7 @@ contains
 
       if (.not. step%is_static) return
       n_steps = n_steps + 1
+      if (step%n_modes > 0) n_increments = n_increments + 1
       done = 0.0_wp
       dt = step%static_increment
       do while (done < (1.0_wp - 1.0e-9_wp)*step%duration)

@@ -74,6 +74,7 @@ contains
     call set_keyword(table, "TRIM", needs_step)
     call set_keyword(table, "DYNAMIC", inside_step, read=read_steps)
     call set_keyword(table, "STATIC", inside_step)
+    call set_keyword(table, "FREQUENCY", inside_step)
     call set_keyword(table, "BULK VISCOSITY", in_first_step)
     call set_keyword(table, "ENERGY LIMIT", in_any_step)
     call set_keyword(table, "PENETRATION LIMIT", in_any_step)

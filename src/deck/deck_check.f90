@@ -40,21 +40,31 @@ contains
                        " in the deck, which ends here", "one *"//deck%keywords(i)%name//hint)
       end if
     end do
-    if (size(find_records(deck, "DYNAMIC")) + size(find_records(deck, "STATIC")) == 0) &
-      call add_error(errors, deck_end(deck%lexed), "no *DYNAMIC and no *STATIC in the deck, "// &
-                     "which ends here", "one of them"//hint)
+    if (size(kinds_of_step(deck)) == 0) &
+      call add_error(errors, deck_end(deck%lexed), "no *DYNAMIC, *STATIC or *FREQUENCY in the "// &
+                     "deck, which ends here", "one of them"//hint)
   end subroutine check_presence
+
+  !> The records that say what kind of step it is.
+  function kinds_of_step(deck) result(records)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, allocatable :: records(:)
+
+    records = [find_records(deck, "DYNAMIC"), find_records(deck, "STATIC"), &
+               find_records(deck, "FREQUENCY")]
+  end function kinds_of_step
 
   !> Errors for keywords in the wrong place, and for steps without end or kind.
   subroutine check_steps(deck, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: name
-    integer, allocatable :: starts(:), static(:)
+    integer, allocatable :: starts(:), kinds(:)
     logical :: is_open
     integer :: i, n
 
     starts = find_records(deck, "STEP")
+    kinds = kinds_of_step(deck)
     is_open = .false.
     do i = 1, size(deck%records)
       associate (record => deck%records(i))
@@ -80,18 +90,18 @@ contains
     if (is_open) call add_error(errors, deck%records(starts(size(starts)))%origin, &
                                 "a step that does not end", "an *END STEP at its end")
     if (size(starts) == 0) then
-      static = find_records(deck, "STATIC")
-      if (min(size(static), size(find_records(deck, "DYNAMIC"))) > 0) &
-        call add_error(errors, deck%records(static(1))%origin, "*DYNAMIC and *STATIC in a deck "// &
-                       "without steps", "one of them, or each in a *STEP")
+      if (count([size(find_records(deck, "DYNAMIC")), size(find_records(deck, "STATIC")), &
+                 size(find_records(deck, "FREQUENCY"))] > 0) > 1) &
+        call add_error(errors, deck%records(kinds(size(kinds)))%origin, "more than one of "// &
+                       "*DYNAMIC, *STATIC and *FREQUENCY in a deck without steps", &
+                       "one of them, or each in a *STEP")
     end if
     do i = 1, size(starts)
-      n = count(deck%records(find_records(deck, "DYNAMIC"))%step == i)
-      n = n + count(deck%records(find_records(deck, "STATIC"))%step == i)
-      if (n == 0) call add_error(errors, deck%records(starts(i))%origin, "no *DYNAMIC and no "// &
-                                 "*STATIC in step "//to_text(i), "one of them in every step")
+      n = count(deck%records(kinds)%step == i)
+      if (n == 0) call add_error(errors, deck%records(starts(i))%origin, "no *DYNAMIC, *STATIC "// &
+                                 "or *FREQUENCY in step "//to_text(i), "one of them in every step")
       if (n > 1) call add_error(errors, deck%records(starts(i))%origin, "more than one of "// &
-                                "*DYNAMIC and *STATIC in step "//to_text(i), &
+                                "*DYNAMIC, *STATIC and *FREQUENCY in step "//to_text(i), &
                                 "one of them in every step")
     end do
   end subroutine check_steps

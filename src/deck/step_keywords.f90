@@ -8,8 +8,9 @@ module step_keywords
   use scene, only: scene_t, contact_spec_t, bead_spec_t, motion_spec_t, step_spec_t, &
                    output_spec_t, later_step_t
   use deck_records, only: parsed_deck_t, find_records, is_option_given, field_word, line_origin, &
-                          line_place, n_fields, option_text, option_real, field_real, record_t, &
-                          is_filled, resolve, deck_context_t, step_of, n_deck_steps, first_record
+                          line_place, n_fields, option_text, option_real, field_real, &
+                          field_integer, record_t, is_filled, resolve, deck_context_t, step_of, &
+                          n_deck_steps, first_record
   use output_keywords, only: read_output
   implicit none
   private
@@ -266,6 +267,7 @@ contains
       call read_stable_step(deck%records(i), number, step, errors)
     end if
     call read_static(deck, number, step, errors)
+    call read_frequency(deck, number, step)
     call read_damping(deck, number, step)
     call read_mass_scaling(deck, number, step, errors)
     i = first_record(deck, "BULK VISCOSITY", number)
@@ -317,6 +319,24 @@ contains
         "a least increment above the initial one", "one of the initial increment or less")
     end associate
   end subroutine read_static
+
+  !> A step of frequencies: static, but without any time.
+  subroutine read_frequency(deck, number, step)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step
+    integer :: i
+
+    i = first_record(deck, "FREQUENCY", number)
+    step%n_modes = 0
+    if (i == 0) return
+    step%origin = deck%records(i)%origin
+    step%n_modes = field_integer(deck%records(i), 1, 1)
+    step%is_static = .true.
+    step%duration = 0.0_wp
+    step%static_increment = 1.0_wp
+    step%most_increment = 1.0_wp
+  end subroutine read_frequency
 
   !> How the time step follows from the blank: the penalties rest on it, so it is one for all steps.
   subroutine read_stable_step(record, number, step, errors)

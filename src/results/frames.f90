@@ -42,6 +42,7 @@ module frames
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, close_results, flush_results, unit_in, layout_problem
+  public :: write_frequencies, write_mode
 
   !> An open results file. Rows of its history wait in memory until the next frame or flush.
   type :: results_t
@@ -267,6 +268,44 @@ contains
     end do
     !$omp end do
   end subroutine pack_values
+
+  !> Write the frequencies of a step of the deck.
+  subroutine write_frequencies(results, step, frequencies)
+    type(results_t), intent(inout) :: results
+    integer, intent(in) :: step
+    real(wp), intent(in) :: frequencies(:)
+
+    call check_length(results%file)
+    call write_reals(results%file, mode_folder(step)//"/frequency", frequencies, &
+                     [size(frequencies)], "1/"//unit_of(results%units, "time"), &
+                     "frequencies of the modes in rising order")
+    call flush_file(results%file)
+  end subroutine write_frequencies
+
+  !> Write the mode of a patch.
+  subroutine write_mode(results, step, number, patch, shape_of, error)
+    type(results_t), intent(inout) :: results
+    integer, intent(in) :: step, number, patch
+    real(wp), intent(in) :: shape_of(:, :, :, :)   !! motion of control points, (n1, n2, n3, 3)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: n(4)
+
+    call check_length(results%file)
+    n = shape(shape_of)
+    call write_reals(results%file, patch_folder(results, mode_folder(step), patch)//"/mode_"// &
+                     to_text(number), transpose(reshape(shape_of, [product(n(:3)), 3])), &
+                     [3, n(:3)], "1", "motion of the control points of /nurbs/blank/points in "// &
+                     "the mode, the largest component of all patches 1")
+    call flush_file(results%file)
+    call take_error(results%file, error)
+  end subroutine write_mode
+
+  pure function mode_folder(step) result(folder)
+    integer, intent(in) :: step
+    character(:), allocatable :: folder
+
+    folder = "/modes/step_"//to_text(step)
+  end function mode_folder
 
   !> Write what is left of the history, how the run ended and what it cost; close the file.
   subroutine close_results(results, status, timings, error, relaxation)

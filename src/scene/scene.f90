@@ -203,6 +203,7 @@ module scene
     character(:), allocatable :: name       !! as *STEP has it; a deck without *STEP has none
     real(wp) :: duration = 0.0_wp
     logical :: is_static = .false.
+    integer :: n_modes = 0                  !! frequencies, of a step that takes no time; 0: none
     real(wp) :: static_increment = 0.0_wp   !! the first of a static step [time]
     real(wp) :: least_increment = 0.0_wp, most_increment = 0.0_wp    !! its bounds
     real(wp) :: safety = 0.8_wp             !! fraction of the stable step

@@ -177,6 +177,7 @@ contains
     class(block_law_t), allocatable :: law
     type(material_spec_t) :: material
     type(error_t), allocatable :: error
+    real(wp) :: period
     integer :: p, i, n
 
     material = scene%materials(scene%blank%material)
@@ -215,11 +216,12 @@ contains
         end do
         call set_initial_states(scene, model%bodies%blank)
         call set_initial_fields(scene, model%bodies%blank)
-        call find_initial_moduli(short*scene%step%duration, model%bodies%blank, error)
+        period = max(scene%step%duration, scene%step%static_increment)
+        call find_initial_moduli(short*period, model%bodies%blank, error)
         if (allocated(error)) call refuse_call(material, error, errors)
         if (.not. present(library)) return
         if (.not. library%is_loaded .or. allocated(error)) return
-        if (lacks_gradients(short*scene%step%duration, model%bodies%blank)) &
+        if (lacks_gradients(short*period, model%bodies%blank)) &
           call add_warning(errors, material%origin, "KINEMATICS=SMALL with a UMAT that uses "// &
                            "DFGRD0 or DFGRD1, which are then NaN", "FULL, or a UMAT that works "// &
                            "from DSTRAN and DROT alone")

@@ -1,11 +1,9 @@
-!> The lowest frequencies of a body of any size: iteration of a subspace with the factors of its
-!! stiffness, which a small part of the masses keeps regular where the body is free.
+!> The lowest frequencies of a body of any size without stress.
 module body_modes
   use, intrinsic :: iso_c_binding, only: c_funptr
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: to_text
-  use linear_algebra, only: sorted_order, symmetric_eigensystem
   use patch_seams, only: seams_t
   use elastic, only: elastic_t
   use block_law, only: block_law_t
@@ -15,7 +13,7 @@ module body_modes
   use body_parts, only: elastic_copies
   use unknowns, only: to_unknowns, unknowns_t
   use mumps_library, only: find_mumps
-  use sparse_factor, only: sparse_factor_t
+  use eigenpairs, only: block_size, find_eigenpairs
   use body_stiffness, only: bending_guess, body_stiffness_t, add_stiffness, find_unknowns, &
                             masses_of, new_body_stiffness
   implicit none
@@ -26,10 +24,6 @@ module body_modes
   integer, parameter :: max_dense = 5000         !! unknowns; the matrix takes 0.2 GB, its
                                                  !! eigenvalues minutes
   integer, parameter :: least_sparse = 300       !! unknowns from which factors are quicker
-  integer, parameter :: most_iterations = 300
-  real(wp), parameter :: precise = 1.0e-10_wp    !! change of an eigenvalue, of itself
-  real(wp), parameter :: regular = 1.0e-10_wp    !! of the stiffness, what keeps factors from zeros
-  real(wp), parameter :: round_off = 1.0e-7_wp   !! such a change that no longer falls
 
 contains
 
@@ -82,12 +76,6 @@ contains
               "control points "//why//"; this blank has "//to_text(n_free))
   end subroutine refuse
 
-  pure integer function block_size(n)
-    integer, intent(in) :: n                         !! frequencies
-
-    block_size = 2*min(n, 1000000) + 8
-  end function block_size
-
   !> The lowest angular frequencies [1/time] by MUMPS. Rigid motions give zero up to round-off.
   subroutine lowest_frequencies(bodies, seams, law, fixed, joints, n, omega, error)
     type(part_t), intent(in) :: bodies(:)
@@ -101,9 +89,7 @@ contains
     type(part_t), allocatable :: trial(:)
     type(shell_joints_t) :: springs
     type(body_stiffness_t) :: stiffness
-    type(sparse_factor_t) :: factor
-    real(wp), allocatable :: mass(:), values(:)
-    real(wp) :: shift
+    real(wp), allocatable :: mass(:), values(:), vectors(:, :)
 
     call new_body_stiffness(stiffness, bodies, seams, fixed, error, joints)
     if (allocated(error)) return
@@ -113,86 +99,9 @@ contains
                         elastic_t(density=law%density, bulk=law%bulk, shear=law%shear), 1.0_wp, &
                         trial_amount(bodies), springs)
     mass = to_unknowns(stiffness%map, masses_of(bodies))
-    associate (matrix => stiffness%matrix, diagonal => stiffness%matrix%first(2:) - 1)
-      shift = max(bending_guess(bodies, law), &
-                  regular*maxval(matrix%values(diagonal)/mass)/matrix%n)
-      matrix%values(diagonal) = matrix%values(diagonal) + shift*mass
-    end associate
-    call factor%analyse(stiffness%matrix, .false., error)
-    if (.not. allocated(error)) call factor%factorise(stiffness%matrix, error)
-    if (.not. allocated(error)) call iterate(factor, mass, shift, n, values, error)
+    call find_eigenpairs(stiffness%matrix, mass, bending_guess(bodies, law), n, values, vectors, &
+                         error)
     if (.not. allocated(error)) omega = sqrt(max(0.0_wp, values))
   end subroutine lowest_frequencies
-
-  !> The lowest eigenvalues of K x = w M x from the factors of K + s M: with X' M X = 1, those of
-  !! X' M (K + s M)^-1 M X come close to 1/(w + s).
-  subroutine iterate(factor, mass, shift, n, values, error)
-    type(sparse_factor_t), intent(inout) :: factor
-    real(wp), intent(in) :: mass(:), shift
-    integer, intent(in) :: n
-    real(wp), allocatable, intent(out) :: values(:)
-    type(error_t), allocatable, intent(out) :: error
-    real(wp), allocatable :: x(:, :), mx(:, :), reduced(:, :), vectors(:, :), theta(:), before(:)
-    real(wp) :: change, last_change
-    logical :: is_solved
-    integer :: i
-
-    x = start_vectors(size(mass), block_size(n))
-    allocate (theta(size(x, 2)), vectors(size(x, 2), size(x, 2)))
-    allocate (before(n), source=huge(1.0_wp))
-    last_change = huge(1.0_wp)
-    do i = 1, most_iterations
-      call orthonormalise(mass, x)
-      mx = spread(mass, 2, size(x, 2))*x
-      x = mx
-      call factor%solve(x, error)
-      if (allocated(error)) return
-      reduced = matmul(transpose(mx), x)
-      call symmetric_eigensystem(0.5_wp*(reduced + transpose(reduced)), theta, vectors, is_solved)
-      if (.not. is_solved) exit
-      associate (order => sorted_order(1.0_wp/theta))
-        theta = theta(order)
-        x = matmul(x, vectors(:, order))
-      end associate
-      values = 1.0_wp/theta(:n) - shift
-      change = maxval(abs(values - before)/max(abs(values), shift))
-      if (change <= precise .or. (change <= round_off .and. change >= last_change)) return
-      last_change = change
-      before = values
-    end do
-    call fail(error, "the lowest "//to_text(n)//" frequencies were not found in "// &
-              to_text(most_iterations)//" iterations")
-  end subroutine iterate
-
-  !> Numbers without any order, always the same.
-  pure function start_vectors(n, m) result(x)
-    integer, intent(in) :: n, m
-    real(wp) :: x(n, m)
-    integer :: i, j
-
-    do j = 1, m
-      do i = 1, n
-        x(i, j) = 43758.5453_wp*sin(12.9898_wp*i + 78.233_wp*j)
-        x(i, j) = x(i, j) - anint(x(i, j))
-      end do
-    end do
-  end function start_vectors
-
-  !> X' M X = 1, by each column in turn, twice.
-  pure subroutine orthonormalise(mass, x)
-    real(wp), intent(in) :: mass(:)
-    real(wp), intent(inout) :: x(:, :)
-    integer :: i, j, pass
-
-    do j = 1, size(x, 2)
-      do pass = 1, 2
-        x(:, j) = x(:, j)/sqrt(sum(mass*x(:, j)**2))
-        do i = 1, j - 1
-          x(:, j) = x(:, j) - sum(mass*x(:, i)*x(:, j))*x(:, i)
-        end do
-      end do
-      x(:, j) = x(:, j)/sqrt(sum(mass*x(:, j)**2))
-    end do
-  end subroutine orthonormalise
 
 end module body_modes

@@ -24,7 +24,7 @@ module body_stiffness
   private
 
   public :: find_unknowns, new_body_stiffness, add_stiffness, n_evaluations, masses_of
-  public :: bending_guess
+  public :: bending_guess, field_of
 
   !> The matrix over the unknowns of a body, and where its entries come from.
   type, public :: body_stiffness_t
@@ -238,6 +238,20 @@ contains
       end associate
     end do
   end function masses_of
+
+  !> Components of a patch as a field.
+  pure function field_of(stiffness, p, n, components) result(field)
+    type(body_stiffness_t), intent(in) :: stiffness
+    integer, intent(in) :: p, n(4)
+    real(wp), intent(in) :: components(:)
+    real(wp) :: field(n(1), n(2), n(3), n(4))
+    integer :: c, first
+
+    do c = 1, 3
+      first = 3*stiffness%grids(p)%n_before + c
+      field(:, :, :, c) = reshape(components(first:first + 3*(product(n(:3)) - 1):3), n(:3))
+    end do
+  end function field_of
 
   !> About the square of the angular frequency that a cantilever would have that is as long and wide
   !! as the diameter of the body: below the lowest of most bodies.

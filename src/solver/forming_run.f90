@@ -20,6 +20,7 @@ module forming_run
                           schedule_penetration
   use central_difference, only: update_velocities, update_positions, moves_through
   use static_step, only: begin_static, take_static_increment, check_static
+  use frequency_step, only: find_modes
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use run_frames, only: new_frame, fill_frame, add_frame, release_frames
   use history_columns, only: fill_history_sample
@@ -232,10 +233,14 @@ contains
     rate = model%rate
     if (run%n_steps > 0) rate = model%bodies%blank%report%largest_rate
     is_end = has_ended(model, run)
-    is_sample = is_end .or. run%n_steps == 0
+    ! A step of frequencies ends at the time and with the state of the one before.
+    is_sample = (is_end .or. run%n_steps == 0) .and. &
+                (model%step%n_modes == 0 .or. model%i_step == 1)
     is_frame = is_sample
-    if (.not. is_sample) is_sample = is_due(run%control, run%control%history, run%instant%time)
-    if (.not. is_frame) is_frame = is_due(run%control, run%control%frames, run%instant%time)
+    if (.not. is_end) then
+      is_sample = is_sample .or. is_due(run%control, run%control%history, run%instant%time)
+      is_frame = is_frame .or. is_due(run%control, run%control%frames, run%instant%time)
+    end if
     call take_due_state(saver, model, run, results, is_end .and. size(model%later_steps) == 0)
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
@@ -255,6 +260,8 @@ contains
       call add_frame(model, run)
       call stop_watch(model%timer, run%watch_output)
     end if
+    if (is_end) call find_due_modes(model, run, results, log, error)
+    if (allocated(error)) return
     if (is_end) then
       if (size(model%later_steps) == 0) then
         call release_frames(model, run, results, run%n_waiting, error)
@@ -271,6 +278,7 @@ contains
       call begin_pace(run)
       call log_step(log, model, run%instant%time)
     end if
+    if (model%step%n_modes > 0) return
     if (model%step%is_static) then
       call start_watch(model%timer, run%watch_static)
       call take_static_increment(model, run, log, error)
@@ -284,6 +292,20 @@ contains
                      model%step%depth_warning, model%step%depth_limit, run%instant, warnings, error)
     call log_lines(log, warnings)
   end subroutine run_increment
+
+  !> Modes at the end of a step of frequencies.
+  subroutine find_due_modes(model, run, results, log, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(run_log_t), intent(inout) :: log
+    type(error_t), allocatable, intent(out) :: error
+
+    if (model%step%n_modes == 0) return
+    call start_watch(model%timer, run%watch_static)
+    call find_modes(model, results, log, run%is_file_lost, error)
+    call stop_watch(model%timer, run%watch_static)
+  end subroutine find_due_modes
 
   !> Has an effect reached what the run was for?
   pure logical function any_done(model)

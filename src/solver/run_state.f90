@@ -249,7 +249,8 @@ contains
       if (is_same_end .and. schedule%n == before(1)) then
         schedule%done = before(2)
       else
-        schedule%done = max(0, ceiling((time - control%start_time)/control%duration*schedule%n &
+        schedule%done = max(0, ceiling((time - control%start_time) &
+                                       /max(control%duration, tiny(1.0_wp))*schedule%n &
                                        - 1.0e-9_wp) - 1)
       end if
     end subroutine set_done

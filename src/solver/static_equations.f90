@@ -18,8 +18,8 @@ module static_equations
   use unknowns, only: to_components, to_unknowns, unknowns_t
   use sparse_matrix, only: set_zero
   use sparse_factor, only: sparse_factor_t
-  use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, find_unknowns, &
-                            masses_of, new_body_stiffness
+  use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, field_of, &
+                            find_unknowns, masses_of, new_body_stiffness
   use contact_stiffness, only: add_contact_stiffness, n_touching, shortest_reach
   use driven_tools, only: driven_tools_t, new_driven_tools, set_tool_ways, find_tool_residual, &
                           solve_coupled
@@ -428,20 +428,6 @@ contains
       end associate
     end do
   end function worst_place
-
-  !> Components of a patch as a field.
-  pure function field_of(stiffness, p, n, components) result(field)
-    type(body_stiffness_t), intent(in) :: stiffness
-    integer, intent(in) :: p, n(4)
-    real(wp), intent(in) :: components(:)
-    real(wp) :: field(n(1), n(2), n(3), n(4))
-    integer :: c, first
-
-    do c = 1, 3
-      first = 3*stiffness%grids(p)%n_before + c
-      field(:, :, :, c) = reshape(components(first:first + 3*(product(n(:3)) - 1):3), n(:3))
-    end do
-  end function field_of
 
   !> Fields of all patches as components.
   pure function listed(stiffness, fields) result(components)

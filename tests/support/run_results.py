@@ -3,7 +3,7 @@ import h5py
 import numpy as np
 
 # Groups of what a run computes.
-COMPUTED = ("history", "tools", "points", "frames", "nurbs", "VTKHDF")
+COMPUTED = ("history", "tools", "points", "frames", "nurbs", "modes", "VTKHDF")
 
 
 class Run:
@@ -54,7 +54,7 @@ def numbers(path):
     """All numerical datasets of the groups that a run computes, by name."""
     found = {}
     with h5py.File(path) as file:
-        for group in COMPUTED:
+        for group in (group for group in COMPUTED if group in file):
             file[group].visititems(lambda name, item, group=group: found.update(
                 {f"{group}/{name}": item[()]}) if isinstance(item, h5py.Dataset)
                 and not item.dtype.hasobject else None)
