@@ -145,12 +145,12 @@ contains
     end do
   end subroutine check_scene
 
-  !> What may not act in a static step yet.
+  !> What may not act in a static step.
   subroutine check_static_steps(scene, errors)
     type(scene_t), intent(in) :: scene
     type(error_list_t), intent(inout) :: errors
     type(step_spec_t) :: step
-    integer :: i, k
+    integer :: i
 
     do i = 1, size(scene%later_steps) + 1
       step = scene%step
@@ -158,17 +158,6 @@ contains
       if (.not. step%is_static) cycle
       if (step%has_relaxation) call add_error(errors, step%origin, "*DYNAMIC RELAXATION in the "// &
         "static step "//to_text(i), "one or the other")
-      if (any(scene%beads%first_step <= i .and. scene%beads%last_step >= i)) &
-        call add_error(errors, step%origin, "a draw bead in the static step "//to_text(i), &
-                       "*MODEL CHANGE, REMOVE of the bead")
-      do k = 1, size(scene%fields)
-        associate (field => scene%fields(k))
-          if (field%first_step <= i .and. field%last_step >= i .and. &
-              (field%curve > 0 .or. field%first_step == i)) call add_error(errors, field%origin, &
-            "a field that changes in the static step "//to_text(i), &
-            "one that stays: fields do not change in static steps yet")
-        end associate
-      end do
     end do
   end subroutine check_static_steps
 

@@ -20,7 +20,7 @@ module draw_bead
   implicit none
   private
 
-  public :: new_draw_bead, set_slip, is_on
+  public :: new_draw_bead, set_slip, is_on, find_spring
 
   real(wp), parameter :: pi = acos(-1.0_wp)
 
@@ -45,6 +45,7 @@ module draw_bead
     integer :: closing = 0                    !! tool whose way the curve runs over, 0: the time
     type(bead_point_t), allocatable :: points(:)
     real(wp), allocatable :: stretch(:)       !! of the springs, -slip to slip, (n_points)
+    real(wp) :: factor = 0.0_wp               !! of the curve at the last step
     real(wp) :: travel = 0.0_wp               !! bound of the motion of the sheet so far [length]
     real(wp), allocatable :: test_at(:)  !! travel at which a point may be in the band (n_points)
     real(wp), allocatable :: held(:, :, :)    !! restraint on the control points at the last step
@@ -174,7 +175,6 @@ contains
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp), allocatable, dimension(:, :, :) :: x, v, held, pushed
-    real(wp) :: factor
     integer :: c
 
     allocate (x, v, held, pushed, mold=self%held)
@@ -186,11 +186,11 @@ contains
       pushed = 0.0_wp
       ! Where the curve of the forces stands: the way of the closing tool, or the time.
       if (self%closing > 0) then
-        factor = curve_value(self%curve, norm2(travel_of(bodies%tools(self%closing))))
+        self%factor = curve_value(self%curve, norm2(travel_of(bodies%tools(self%closing))))
       else
-        factor = curve_value(self%curve, instant%time)
+        self%factor = curve_value(self%curve, instant%time)
       end if
-      call add_forces(self, [size(x, 1), size(x, 2)], x, v, instant%dt, factor, held, pushed)
+      call add_forces(self, [size(x, 1), size(x, 2)], x, v, instant%dt, held, pushed)
       self%friction_energy = self%friction_energy - 0.5_wp*instant%dt*sum((self%held + held)*v)
       self%external_work = self%external_work + 0.5_wp*instant%dt*sum((self%pushed + pushed)*v)
       call body%add_face_forces(self%face, held)
@@ -229,11 +229,11 @@ contains
 
   !> Forces of all points that may be in the band. The others are not looked at: a point at some
   !! distance from the band cannot be in it before the sheet has moved as far.
-  pure subroutine add_forces(self, n, x, v, dt, factor, held, pushed)
+  pure subroutine add_forces(self, n, x, v, dt, held, pushed)
     class(draw_bead_t), intent(inout) :: self
     integer, intent(in) :: n(2)                         !! control points of the face
     real(wp), intent(in) :: x(n(1), n(2), 3), v(n(1), n(2), 3)
-    real(wp), intent(in) :: dt, factor
+    real(wp), intent(in) :: dt
     real(wp), intent(inout) :: held(n(1), n(2), 3), pushed(n(1), n(2), 3)
     integer :: p
 
@@ -242,55 +242,34 @@ contains
       if (self%travel < self%test_at(p)) cycle
       associate (point => self%points(p))
         call work_point(self, p, point%first, shape(point%basis), point%basis, point%slope, n, x, &
-                        v, dt, factor, held, pushed)
+                        v, dt, held, pushed)
       end associate
     end do
   end subroutine add_forces
 
   !> Force of one point; it notes when the point may come into the band.
-  pure subroutine work_point(self, p, first, m, basis, slope, n, x, v, dt, factor, held, pushed)
+  pure subroutine work_point(self, p, first, m, basis, slope, n, x, v, dt, held, pushed)
     class(draw_bead_t), intent(inout) :: self
     integer, intent(in) :: p, first(2), m(2), n(2)      !! m: basis functions each way
     real(wp), intent(in) :: basis(m(1), m(2)), slope(m(1), m(2), 2)
     real(wp), intent(in) :: x(n(1), n(2), 3), v(n(1), n(2), 3)
-    real(wp), intent(in) :: dt, factor
+    real(wp), intent(in) :: dt
     real(wp), intent(inout) :: held(n(1), n(2), 3), pushed(n(1), n(2), 3)
-    real(wp) :: place(3), speed(3), d1(3, 2), normal(3), across(3), distance, area, band, reach
-    integer :: i, j, k, l
+    real(wp) :: speed(3), normal(3), across(3), band, reach
+    integer :: i, j
 
-    place = 0.0_wp
-    do j = 1, m(2)
-      do i = 1, m(1)
-        place = place + basis(i, j)*x(first(1) + i - 1, first(2) + j - 1, :)
-      end do
-    end do
-    reach = reach_of(self%line, place) - sqrt(2.0_wp)*self%half_width
+    call find_band(self, p, first, m, basis, slope, n, x, reach, normal, across, band)
     self%test_at(p) = self%travel + max(reach, 0.0_wp)
-    if (reach > 0.0_wp) then
+    if (band < 0.0_wp) then
       self%stretch(p) = 0.0_wp
       return
     end if
-    d1 = 0.0_wp
     speed = 0.0_wp
     do j = 1, m(2)
       do i = 1, m(1)
-        k = first(1) + i - 1
-        l = first(2) + j - 1
-        d1(:, 1) = d1(:, 1) + slope(i, j, 1)*x(k, l, :)
-        d1(:, 2) = d1(:, 2) + slope(i, j, 2)*x(k, l, :)
-        speed = speed + basis(i, j)*v(k, l, :)
+        speed = speed + basis(i, j)*v(first(1) + i - 1, first(2) + j - 1, :)
       end do
     end do
-    normal = cross(d1(:, 1), d1(:, 2))
-    area = norm2(normal)
-    normal = self%outward*normal/area
-    call place_by_line(self%line, place, normal, across, distance)
-    if (distance >= self%half_width) then
-      self%stretch(p) = 0.0_wp
-      return
-    end if
-    band = factor*area*self%points(p)%measure*(1 + cos(pi*distance/self%half_width)) &
-           /(2*self%half_width)
     self%stretch(p) = min(max(self%stretch(p) + dt*dot_product(speed, across), -self%slip), &
                           self%slip)
     call spread_force(first, m, basis, -self%restraint*band*(self%stretch(p)/self%slip)*across, n, &
@@ -298,6 +277,66 @@ contains
     if (abs(self%hold_down) > 0.0_wp) &
       call spread_force(first, m, basis, -self%hold_down*band*normal, n, pushed)
   end subroutine work_point
+
+  !> Where a point lies in the band.
+  pure subroutine find_band(self, p, first, m, basis, slope, n, x, reach, normal, across, band)
+    class(draw_bead_t), intent(in) :: self
+    integer, intent(in) :: p, first(2), m(2), n(2)
+    real(wp), intent(in) :: basis(m(1), m(2)), slope(m(1), m(2), 2), x(n(1), n(2), 3)
+    real(wp), intent(out) :: reach            !! how far it is from where it might be in the band
+    real(wp), intent(out) :: normal(3), across(3)   !! of the sheet; across the line
+    real(wp), intent(out) :: band             !! phi times its area and the curve [length]; negative
+                                              !! where it is not in it
+    real(wp) :: place(3), d1(3, 2), distance, area
+    integer :: i, j, k, l
+
+    normal = 0.0_wp
+    across = 0.0_wp
+    band = -1.0_wp
+    place = 0.0_wp
+    do j = 1, m(2)
+      do i = 1, m(1)
+        place = place + basis(i, j)*x(first(1) + i - 1, first(2) + j - 1, :)
+      end do
+    end do
+    reach = reach_of(self%line, place) - sqrt(2.0_wp)*self%half_width
+    if (reach > 0.0_wp) return
+    d1 = 0.0_wp
+    do j = 1, m(2)
+      do i = 1, m(1)
+        k = first(1) + i - 1
+        l = first(2) + j - 1
+        d1(:, 1) = d1(:, 1) + slope(i, j, 1)*x(k, l, :)
+        d1(:, 2) = d1(:, 2) + slope(i, j, 2)*x(k, l, :)
+      end do
+    end do
+    normal = cross(d1(:, 1), d1(:, 2))
+    area = norm2(normal)
+    normal = self%outward*normal/area
+    call place_by_line(self%line, place, normal, across, distance)
+    if (distance < self%half_width) &
+      band = self%factor*area*self%points(p)%measure*(1 + cos(pi*distance/self%half_width)) &
+             /(2*self%half_width)
+  end subroutine find_band
+
+  !> The spring of a point as the last step left it: at full stretch it gives way and has none.
+  pure subroutine find_spring(self, p, x, across, stiffness)
+    class(draw_bead_t), intent(in) :: self
+    integer, intent(in) :: p
+    real(wp), intent(in) :: x(:, :, :)        !! control points of the face (n1, n2, 3)
+    real(wp), intent(out) :: across(3)        !! its direction
+    real(wp), intent(out) :: stiffness        !! [force/length]
+    real(wp) :: normal(3), reach, band
+
+    stiffness = 0.0_wp
+    across = 0.0_wp
+    if (abs(self%stretch(p)) >= self%slip) return
+    associate (point => self%points(p))
+      call find_band(self, p, point%first, shape(point%basis), point%basis, point%slope, &
+                     [size(x, 1), size(x, 2)], x, reach, normal, across, band)
+    end associate
+    stiffness = self%restraint*max(band, 0.0_wp)/self%slip
+  end subroutine find_spring
 
   pure subroutine spread_force(first, m, basis, force, n, net)
     integer, intent(in) :: first(2), m(2), n(2)

@@ -4,9 +4,11 @@ module prescribed_field
   use state_store, only: state_store_t
   use blank, only: assembly_t
   use motion_curve, only: curve_value
-  use effect, only: effect_t, instant_t
+  use effect, only: effect_slot_t, effect_t, instant_t
   implicit none
   private
+
+  public :: change_fields, settle_fields
 
   !> Values of some control points, times a curve. Nothing follows from them but what the law makes
   !! of its fields: no heat is conducted and no strain of expansion arises.
@@ -49,6 +51,33 @@ contains
       call bodies%blank%parts(p)%element%spread_fields()
     end do
   end subroutine apply
+
+  !> Set the fields of a static increment: the points go from what they have to its end.
+  subroutine change_fields(supports, bodies, instant)
+    type(effect_slot_t), intent(inout) :: supports(:)
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant         !! its start, and how long it is
+    integer :: i
+
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (field_change_t)
+        call item%apply(bodies, instant)
+      end select
+    end do
+  end subroutine change_fields
+
+  !> Give the points what they have at this time, without a change from the increment before.
+  subroutine settle_fields(supports, bodies, time)
+    type(effect_slot_t), intent(inout) :: supports(:)
+    type(assembly_t), intent(inout) :: bodies
+    real(wp), intent(in) :: time
+    integer :: i
+
+    do i = 1, 2
+      call change_fields(supports, bodies, instant_t(time=time))
+    end do
+  end subroutine settle_fields
 
   !> Nothing: the points carry what they have, and the control points are set before they are used.
   subroutine carry(self, store)

@@ -12,6 +12,7 @@ module forming_run
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths
   use effect, only: is_from_outside
+  use prescribed_field, only: settle_fields
   use model, only: model_t, begin_next_step, apply_forces
   use frames, only: results_t, write_frame
   use history, only: record_sample
@@ -127,6 +128,8 @@ contains
     type(string_t), allocatable, intent(out) :: notes(:)     !! for the log
     type(error_t), allocatable, intent(out) :: error
 
+    if (model%later_steps(1)%step%is_static) &
+      call settle_fields(model%supports, model%bodies, run%instant%time)
     ! A static step begins at rest: no way is left for the forces of what ends.
     call begin_next_step(model, run%instant%time, merge(0.0_wp, run%instant%dt, &
                          model%later_steps(1)%step%is_static))

@@ -15,6 +15,7 @@ module frequency_step
   use body_parts, only: field_t
   use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, field_of, masses_of, &
                             new_body_stiffness
+  use bead_stiffness, only: add_bead_stiffness
   use contact_stiffness, only: add_contact_stiffness
   use driven_tools, only: driven_tools_t, new_driven_tools
   use frames, only: results_t, write_frequencies, write_mode
@@ -84,6 +85,7 @@ contains
       end if
       call new_driven_tools(driven, model%supports)
       call add_contact_stiffness(stiffness, blank%parts, model%forces, model%bodies%tools, driven)
+      call add_bead_stiffness(stiffness, blank%parts, model%forces)
     end associate
   end subroutine find_stiffness
 

@@ -9,10 +9,11 @@ module static_equations
   use state_store, only: state_store_t, empty_store
   use body_parts, only: field_t, forces_of_parts
   use boundary, only: any_moving, prescribed_components, move_supports
-  use effect, only: any_from_outside
+  use effect, only: any_from_outside, instant_t
   use vibration, only: fixed_t, trial_amount
   use model, only: model_t, apply_forces
   use rigid_motion, only: move_tool
+  use prescribed_field, only: change_fields
   use run_state, only: run_t, carry_run
   use energy_balance, only: add_step
   use unknowns, only: to_components, to_unknowns, unknowns_t
@@ -20,6 +21,7 @@ module static_equations
   use sparse_factor, only: sparse_factor_t
   use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, field_of, &
                             find_unknowns, masses_of, new_body_stiffness
+  use bead_stiffness, only: add_bead_stiffness, any_bead
   use contact_stiffness, only: add_contact_stiffness, n_touching, shortest_reach
   use driven_tools, only: driven_tools_t, new_driven_tools, set_tool_ways, find_tool_residual, &
                           solve_coupled
@@ -53,7 +55,7 @@ module static_equations
     real(wp) :: spring_before = 0.0_wp, spring = 0.0_wp
     real(wp) :: reach = huge(1.0_wp)               !! largest part of a step of Newton's [length]
     real(wp) :: least_force = 0.0_wp               !! that counts [force]
-    logical :: has_contact = .false.
+    logical :: has_contact = .false.               !! tools or draw beads may hold its points
     logical :: is_careful = .false.                !! steps lead downhill: in contact, or where
                                                    !! longer increments have found no equilibrium
     real(wp), allocatable :: masses(:)             !! of the unknowns
@@ -82,6 +84,7 @@ contains
     real(wp), parameter :: nothing = 1.0e-6_wp     ! of the bulk modulus, on the area of an element
     type(fixed_t), allocatable :: loose(:)
     real(wp) :: edge
+    logical :: has_tools
     integer :: p, n_loose
 
     self%dt = dt
@@ -96,13 +99,14 @@ contains
     associate (blank => model%bodies%blank)
       self%fixed = prescribed_components(blank%parts, model%supports, model%i_step)
       self%reach = 0.5_wp*shortest_reach(model%forces)
-      self%has_contact = self%reach < 0.25_wp*huge(self%reach)
+      has_tools = self%reach < 0.25_wp*huge(self%reach)
+      self%has_contact = has_tools .or. any_bead(model%forces)
       self%is_careful = self%has_contact .or. is_careful
       self%n_added = 0
       if (self%has_contact) then
         loose = self%fixed
         call hold_rigid_motions(blank%parts, loose, n_loose)
-        self%is_loose = n_loose > 0
+        self%is_loose = has_tools .and. n_loose > 0
       else
         call find_unknowns(blank%parts, blank%seams, self%fixed, self%without_added, error)
         if (allocated(error)) return
@@ -184,7 +188,7 @@ contains
     call find_residual(self, model, run)
   end subroutine try_motion
 
-  !> Velocities of the increment.
+  !> Velocities of the increment, and the fields that change in it.
   subroutine set_velocities(self, model, run, u, share)
     type(static_equations_t), intent(in) :: self
     type(model_t), intent(inout) :: model
@@ -193,6 +197,8 @@ contains
     real(wp) :: displacement(self%stiffness%map%n_components)
     integer :: p
 
+    call change_fields(model%supports, model%bodies, &
+                       instant_t(time=run%instant%time - self%dt, dt=self%dt))
     displacement = to_components(self%stiffness%map, u(:self%stiffness%map%n_free))
     associate (parts => model%bodies%blank%parts)
       do p = 1, size(parts)
@@ -323,6 +329,7 @@ contains
     call set_zero(self%stiffness%matrix)
     call add_contact_stiffness(self%stiffness, model%bodies%blank%parts, model%forces, &
                                model%bodies%tools, self%driven)
+    call add_bead_stiffness(self%stiffness, model%bodies%blank%parts, model%forces)
     call restore_start(self, model, run)
     run%instant%time = run%instant%time + self%dt
     call set_velocities(self, model, run, u, share)

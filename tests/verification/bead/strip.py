@@ -13,6 +13,7 @@ import numpy as np
 
 F, WIDTH, WAY, SLIP, TIME = 50.0, 10.0, 12.0, 0.09, 2e-3
 MASS = 7.85e-9 * 80 * WIDTH
+MUMPS = os.path.join(os.path.dirname(sys.argv[1]), "..", "lib", "libigaform_mumps.so")
 DECK = os.path.join(sys.argv[2], "strip.key")
 
 
@@ -146,6 +147,36 @@ def opens_and_closes_with_steps(folder):
         assert np.abs(history["energy_error"]).max() < 0.01
 
 
+def run_static(folder, **parameters):
+    """Histories of the deck as a static step of 20 increments."""
+    text = open(DECK).read()
+    text = text[:text.index("*DAMPING")].replace("damping = 1\n", "") + (
+        "*STATIC\n<time/20>, <time>,, <time/20>\n*OUTPUT, FRAMES=1, HISTORY=20\n")
+    deck, path = os.path.join(folder, "static.key"), os.path.join(folder, "static.h5")
+    with open(deck, "w") as file:
+        file.write(text.replace('RULE="2,2,2"', parameters.pop("rule", 'RULE="2,2,2"')))
+    sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
+    subprocess.run([sys.argv[1], deck, "--quiet", "--threads", "1", "--out", path, *sets],
+                   check=True)
+    return histories(path)
+
+
+def in_a_static_step(folder):
+    """As in the explicit one: the force on an end that is drawn, and where a load is held."""
+    for name, options in (("solid", {}), ("shell", {"rule": "ELEMENT=SHELL", "held": '"3, 3"'})):
+        history = run_static(folder, driven='"X_MAX"', **options)
+        way, work = history["way"][5:15], history["external_work"][5:15]
+        close(f"restraining force in a static step, {name}", np.polyfit(way, work, 1)[0],
+              F * WIDTH, 1e-4)
+        explicit = run(folder, driven='"X_MAX"') if name == "solid" else explicit
+        slope = np.polyfit(explicit["way"][50:150], explicit["external_work"][50:150], 1)[0]
+        close(f"the same in an explicit step, {name}", slope, F * WIDTH, 0.01)
+        assert np.abs(history["energy_error"]).max() < 1e-5
+        stuck = run_static(folder, load=0.8 * F, component=2, way=0, **options)
+        close(f"way of a load that the bead holds, {name}", stuck["way"][-1],
+              0.8 * SLIP + 0.8 * F * 30 / 21000, 0.015)
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         drawn(folder)
@@ -154,6 +185,8 @@ def main():
         pulled_by_the_end(folder)
         pulled_by_a_force(folder)
         opens_and_closes_with_steps(folder)
+        if os.path.exists(MUMPS):
+            in_a_static_step(folder)
 
 
 main()

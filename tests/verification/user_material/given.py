@@ -3,6 +3,7 @@ variables, with a restart in between; and how NaN or infinite values are named.
 
 usage: given.py IGAFORM
 """
+import pathlib
 import re
 import sys
 
@@ -163,6 +164,36 @@ def work_heats_the_points(bench):
     bench.says("*ADIABATIC HEATING with *TEMPERATURE")
 
 
+def temperatures_change_in_static_steps(bench):
+    """A body that is heated in an explicit step or a static one, rests, and is cooled between two
+    planes: what the rest starts with is no change of it."""
+    if not (pathlib.Path(bench.igaform).parents[1] / "lib" / "libigaform_mumps.so").exists():
+        return
+    young, expansion, hot = 210000, 1e-5, 100
+    start = BODY.split("*AMPLITUDE")[0] + ("*BOUNDARY\nX_MIN, XSYMM\nY_MIN, YSYMM\n"
+                                           "Z_MIN, ZSYMM\n*ENERGY LIMIT\n0\n")
+    heat = "*AMPLITUDE, NAME=heat\n0, 0, {0}, 1\n*AMPLITUDE, NAME=cool\n0, 1, 1, 0\n"
+    for kind, time in (("*DYNAMIC, EXPLICIT\n5e-5\n*DAMPING, ALPHA=1e5\n", 5e-5),
+                       ("*STATIC\n0.3, 1\n", 1)):
+        rest = (f"*STEP\n{kind}*TEMPERATURE, AMPLITUDE=heat\nALL, {hot}\n*END STEP\n"
+                "*STEP\n*STATIC\n0.5, 1\n*END STEP\n")
+        text = deck(user(f"{young}, {expansion}"), heat.format(time) + start + rest)
+        points, stress, _ = bench.values(text, FILES / "expanding.f")
+        assert abs(points[..., 0].max() / (10 * np.exp(expansion * hot)) - 1) < 1e-7, kind
+        assert abs(stress).max() < 1e-4 * young * expansion * hot, (kind, abs(stress).max())
+        with h5py.File(bench.folder / "a.h5") as file:
+            frames = file["VTKHDF/Points"][...].reshape(-1, file["VTKHDF/NumberOfPoints"][0], 3)
+            middle = frames[file["frames/process_step"][...] == 2][0]
+        assert kind.startswith("*DYNAMIC") or abs(middle - frames[-1]).max() < 1e-6, kind
+        for field in ("*TEMPERATURE, AMPLITUDE=cool, OP=NEW\nALL, 100\n",
+                      "*TEMPERATURE, OP=NEW\n"):
+            cooled = text + f"*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nX_MAX, 1, 1\n{field}*END STEP\n"
+            _, stress, _ = bench.values(cooled, FILES / "expanding.f")
+            pull = young * expansion * hot
+            assert abs(stress[..., 0] / pull - 1).max() < 1e-4, (kind, field, stress[..., 0])
+            assert abs(stress[..., 1:]).max() < 1e-4 * pull, (kind, field)
+
+
 def values_that_are_no_numbers_are_named(bench):
     test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
     for kind, words in ((3, "stress 22"),
@@ -190,4 +221,5 @@ if __name__ == "__main__":
                                       temperatures_reach_the_routine,
                                       material_tests_have_the_fields_of_the_start,
                                       work_heats_the_points,
+                                      temperatures_change_in_static_steps,
                                       values_that_are_no_numbers_are_named)))
