@@ -54,7 +54,8 @@ contains
     end if
     call append_text(lines, "static steps     "//counted(n_steps, "step")//", about "// &
       counted(n_increments, "increment")//"; "//counted(stiffness%matrix%n, "equation")// &
-      ", factors "//rounded_text(1.0e-3_wp*factor%megabytes)//" GB")
+      ", factors "//rounded_text(1.0e-3_wp*factor%megabytes)//" GB"// &
+      trim(merge(", the rest on disk", "                  ", allocated(factor%folder))))
     if (.not. may_step) return
     of_matrix = n_evaluations(stiffness)*evaluation_seconds(model) &
                 + real(factor%n_operations, wp)/factor_rate

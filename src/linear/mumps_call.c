@@ -30,6 +30,13 @@ typedef struct {
 
 enum { begin_and_analyse = 1, factorise = 2, solve = 3, end = 4 };
 
+/* To be said before the factors are found, not before the analysis. */
+static void put_factors_on_disk(DMUMPS_STRUC_C *m, const char *folder) {
+  m->icntl[22 - 1] = 1;
+  strncpy(m->ooc_tmpdir, folder, sizeof m->ooc_tmpdir - 1);
+  strcpy(m->ooc_prefix, "igaform");
+}
+
 static void begin(DMUMPS_STRUC_C *m, const call_t *call) {
   m->job = -1;
   m->par = 1;
@@ -47,11 +54,6 @@ static void begin(DMUMPS_STRUC_C *m, const call_t *call) {
   m->icntl[24 - 1] = 1;      /* null pivots are counted and named */
   m->cntl[3 - 1] = 1.0e-12;  /* below this part of the scaled matrix a pivot is null: those of free
                               * translations are below 1e-13, those of thin sheets above 1e-11 */
-  if (call->folder != NULL) {
-    m->icntl[22 - 1] = 1;
-    strncpy(m->ooc_tmpdir, call->folder, sizeof m->ooc_tmpdir - 1);
-    strcpy(m->ooc_prefix, "igaform");
-  }
 }
 
 static void take_facts(const DMUMPS_STRUC_C *m, call_t *call) {
@@ -97,6 +99,7 @@ void igaform_mumps(int job, call_t *call) {
   m->nrhs = call->n_right;
   m->lrhs = call->n;
   m->icntl[14 - 1] = call->spare;
+  if (job == factorise && call->folder != NULL) put_factors_on_disk(m, call->folder);
   m->job = job;
   dmumps_c(m);
   take_facts(m, call);

@@ -1,12 +1,14 @@
 !> Factors L D L' of a symmetric sparse matrix, by MUMPS, on one thread: equal matrices give equal
-!! bits. One analysis serves all matrices with the same entries.
+!! bits. One analysis serves all matrices with the same entries. Factors that do not fit in memory
+!! are kept on disk.
 module sparse_factor
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_int64_t, c_loc, &
                                          c_null_funptr, c_null_ptr
   use child_process, only: c_text
   use kinds, only: wp
   use failure, only: error_t, fail
-  use text, only: to_text
+  use free_memory, only: free_megabytes
+  use text, only: rounded_text, to_text
   use mumps_library, only: find_mumps, call_mumps, mumps_call_t, mumps_analyse, mumps_factorise, &
                            mumps_solve, mumps_end
   use sparse_matrix, only: symmetric_matrix_t
@@ -18,6 +20,8 @@ module sparse_factor
     private
     type(c_funptr) :: entry = c_null_funptr
     type(mumps_call_t) :: call
+    character(:), allocatable, public :: folder    !! of factors on disk; not allocated: in memory
+    logical, public :: is_short = .false.      !! what failed was memory or disk, not the matrix
     integer, public :: n_negative = 0          !! pivots of the last factors
     integer, public :: null_unknown = 0        !! the first with a pivot of zero, 0: there is none
     integer, public :: megabytes = 0           !! of memory: as estimated, then as used
@@ -46,7 +50,6 @@ contains
     logical, intent(in) :: is_definite         !! it never needs pivots
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in), optional :: folder   !! where factors are kept instead of in memory
-    character(kind=c_char), allocatable, target :: path(:)
 
     call self%clear()
     call find_mumps(self%entry, error)
@@ -54,20 +57,64 @@ contains
     self%call%n = int(matrix%n, c_int)
     self%call%is_definite = merge(1_c_int, 0_c_int, is_definite)
     self%call%spare = spare(1)
-    if (present(folder)) then
-      path = c_text(folder)
-      self%call%folder = c_loc(path)
-    end if
     call run(self, mumps_analyse, matrix, error)
-    self%call%folder = c_null_ptr
-    self%megabytes = int(self%call%megabytes)
-    if (present(folder)) self%megabytes = int(self%call%megabytes_on_disk)
+    if (allocated(error)) return
+    call choose_place(self, folder, error)
     self%n_entries = self%call%n_factor_entries
     self%n_operations = self%call%n_operations
   end subroutine analyse
 
-  !> Factors of a matrix with the entries analysed. Fails where it is singular, by `null_unknown`,
-  !! and where memory does not do; then there are no factors.
+  !> In memory where there is enough of it, else on disk. Fails where there is not enough for that:
+  !! OpenBLAS asks for its buffer again and again where the system refuses it.
+  subroutine choose_place(self, folder, error)
+    class(sparse_factor_t), intent(inout) :: self
+    character(*), intent(in), optional :: folder
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: of_blas = 128.0_wp  ! that buffer [MB]
+    real(wp) :: free
+
+    free = free_megabytes() - of_blas
+    self%megabytes = int(self%call%megabytes)
+    if (present(folder)) then
+      self%folder = folder
+    else if (with_spare(self%megabytes) > free) then
+      self%folder = disk_folder()
+    end if
+    if (.not. allocated(self%folder)) return
+    self%megabytes = int(self%call%megabytes_on_disk)
+    self%is_short = with_spare(self%megabytes) > free
+    if (self%is_short) &
+      call fail(error, "too little memory for the factors of "//to_text(int(self%call%n))// &
+                " equations: they need "//to_text(int(self%call%megabytes))//" MB, or "// &
+                to_text(self%megabytes)//" MB with factors on disk, beside "// &
+                rounded_text(of_blas)//" MB for BLAS, and "//rounded_text(free + of_blas)// &
+                " MB are free")
+  end subroutine choose_place
+
+  !> What MUMPS asks for at first [MB].
+  pure real(wp) function with_spare(estimate) result(megabytes)
+    integer, intent(in) :: estimate
+
+    megabytes = estimate*(1.0_wp + 0.01_wp*spare(1))
+  end function with_spare
+
+  !> Where large temporary files go: TMPDIR, or the folder of the system that lies on a disk.
+  function disk_folder() result(folder)
+    character(:), allocatable :: folder
+    integer :: length, status
+
+    call get_environment_variable("TMPDIR", length=length, status=status)
+    if (status /= 0 .or. length == 0) then
+      folder = "/var/tmp"
+    else
+      allocate (character(length) :: folder)
+      call get_environment_variable("TMPDIR", value=folder)
+    end if
+  end function disk_folder
+
+  !> Factors of a matrix with the entries analysed; on disk where the system has refused the memory.
+  !! Fails where it is singular, by `null_unknown`, and where memory does not do; then there are no
+  !! factors.
   subroutine factorise(self, matrix, error)
     class(sparse_factor_t), intent(inout) :: self
     type(symmetric_matrix_t), intent(in) :: matrix
@@ -77,6 +124,10 @@ contains
     do i = 1, size(spare)
       self%call%spare = spare(i)
       call run(self, mumps_factorise, matrix, error)
+      if (self%call%code == no_memory .and. .not. allocated(self%folder)) then
+        self%folder = disk_folder()
+        call run(self, mumps_factorise, matrix, error)
+      end if
       if (self%call%code /= short_of_integers .and. self%call%code /= short_of_reals) exit
     end do
     self%n_negative = int(self%call%n_negative)
@@ -109,6 +160,8 @@ contains
 
     if (c_associated(self%call%instance)) call call_mumps(self%entry, mumps_end, self%call)
     self%call = fresh
+    if (allocated(self%folder)) deallocate (self%folder)
+    self%is_short = .false.
     self%n_negative = 0
     self%null_unknown = 0
     self%megabytes = 0
@@ -128,7 +181,12 @@ contains
     integer(c_int), intent(in) :: job
     type(symmetric_matrix_t), intent(in), target :: matrix
     type(error_t), allocatable, intent(out) :: error
+    character(kind=c_char), allocatable, target :: path(:)
 
+    if (allocated(self%folder)) then
+      path = c_text(self%folder)
+      self%call%folder = c_loc(path)
+    end if
     self%call%n_entries = size(matrix%values, kind=c_int64_t)
     self%call%rows = c_loc(matrix%rows)
     self%call%columns = c_loc(matrix%columns)
@@ -137,20 +195,23 @@ contains
     self%call%rows = c_null_ptr
     self%call%columns = c_null_ptr
     self%call%values = c_null_ptr
+    self%call%folder = c_null_ptr
     call report(self, error)
   end subroutine run
 
   !> What went wrong, in words.
   subroutine report(self, error)
-    type(sparse_factor_t), intent(in) :: self
+    type(sparse_factor_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: equations, estimate
 
     associate (code => self%call%code)
+      self%is_short = any(code == [no_integers, no_memory, no_disk])
       if (code >= 0) return
       equations = to_text(int(self%call%n))//" equations"
       estimate = ""
-      if (self%call%megabytes > 0) estimate = ", about "//to_text(int(self%call%megabytes))//" MB"
+      if (self%megabytes > 0) estimate = ", about "//to_text(self%megabytes)//" MB of "// &
+        rounded_text(min(free_megabytes(), 1.0e9_wp))//" that are free"
       select case (code)
       case (is_singular)
         call fail(error, "the matrix of "//equations//" is singular: after "// &
@@ -163,8 +224,9 @@ contains
                   to_text(int(spare(size(spare))))//" % beyond the memory estimated"// &
                   estimate//": so many pivots are exchanged")
       case (no_disk)
-        call fail(error, "the factors of "//equations//" cannot be written to the folder "// &
-                  "given for them")
+        call fail(error, "the factors of "//equations//", which do not fit in memory"// &
+                  estimate//", cannot be written to the folder "//self%folder// &
+                  ": see TMPDIR")
       case default
         call fail(error, "MUMPS cannot solve "//equations//": its code is "// &
                   to_text(int(code))//", "//to_text(int(self%call%detail)))

@@ -318,13 +318,14 @@ contains
   end function pace_of_unknowns
 
   !> The tangent at `u`, factored; the last trial was that of `u`. `words` says why it cannot be.
-  subroutine renew_factors(self, model, run, u, share, words)
+  !! Fails where memory does not do.
+  subroutine renew_factors(self, model, run, u, share, words, error)
     type(static_equations_t), intent(inout) :: self
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     real(wp), intent(in) :: u(:), share
     character(:), allocatable, intent(inout) :: words
-    type(error_t), allocatable :: error
+    type(error_t), allocatable, intent(out) :: error
 
     call set_zero(self%stiffness%matrix)
     call add_contact_stiffness(self%stiffness, model%bodies%blank%parts, model%forces, &
@@ -345,7 +346,9 @@ contains
         call self%factor%factorise(matrix, error)
       end if
     end associate
-    if (allocated(error)) words = error%message
+    if (.not. allocated(error) .or. self%factor%is_short) return
+    words = error%message
+    deallocate (error)
   end subroutine renew_factors
 
   !> Factors of the tangent and a part of the masses. Points that nothing holds yet are so held a

@@ -127,7 +127,7 @@ contains
       call shorten_way(model, run%instant%time, dt)
       call new_equations(equations, model, run, dt, cut >= enough_cuts, error)
       if (allocated(error)) return
-      if (cut == 0) call tell_held(equations, run, log)
+      if (cut == 0) call tell_equations(equations, run, log)
       call find_equilibrium(equations, model, run, n_iterations, last, words, error)
       if (words == "" .and. .not. allocated(error)) exit
       call restore_start(equations, model, run)
@@ -183,16 +183,21 @@ contains
     end do
   end subroutine keep_positions
 
-  !> Log what holds the rigid motions, once in a step.
-  subroutine tell_held(equations, run, log)
+  !> Log what holds the rigid motions, and where factors go that do not fit in memory, once in a
+  !! step.
+  subroutine tell_equations(equations, run, log)
     type(static_equations_t), intent(in) :: equations
     type(run_t), intent(in) :: run
     type(run_log_t), intent(inout) :: log
 
-    if (equations%n_added > 0 .and. run%instant%time <= run%control%start_time) &
+    if (run%instant%time > run%control%start_time) return
+    if (allocated(equations%factor%folder)) &
+      call log_line(log, "static     factors on disk, in "//equations%factor%folder//", and "// &
+                    to_text(equations%factor%megabytes)//" MB in memory")
+    if (equations%n_added > 0) &
       call log_line(log, "static     "//counted(equations%n_added, "component")//" of control "// &
                     "points held against rigid motions that the supports leave")
-  end subroutine tell_held
+  end subroutine tell_equations
 
   !> Numbers in the order in which they came.
   pure function listed(values) result(words)
@@ -234,8 +239,8 @@ contains
       if (n_iterations - n_free == most .or. n_free == most_free) &
         words = cause_of(equations, model, n_iterations, n_before)
       if (words /= "") return
-      if (is_stale) call renew_factors(equations, model, run, u, share, words)
-      if (words /= "") return
+      if (is_stale) call renew_factors(equations, model, run, u, share, words, error)
+      if (words /= "" .or. allocated(error)) return
       share = 1.0_wp
       n_iterations = n_iterations + 1
       before = equations%norm
