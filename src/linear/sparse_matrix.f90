@@ -276,34 +276,51 @@ contains
   end subroutine add_block
 
   !> Add a single K(i, j), half of it for K(j, i): both come, and their mean counts.
-  pure subroutine add_entry(matrix, map, i, j, value)
+  pure subroutine add_entry(matrix, map, i, j, value, hint)
     type(symmetric_matrix_t), intent(inout) :: matrix
     type(unknowns_t), intent(in) :: map
     integer, intent(in) :: i, j                    !! components that share an element or a coupling
     real(wp), intent(in) :: value
+    integer, intent(inout) :: hint                 !! for `place_of`, 0 at first
     real(wp) :: term
-    integer :: a, b, row, column, low, high, middle
+    integer :: a, b, row, column, place
 
     do b = map%first(j), map%first(j + 1) - 1
       do a = map%first(i), map%first(i + 1) - 1
         row = max(map%unknown(a), map%unknown(b))
         column = min(map%unknown(a), map%unknown(b))
-        low = matrix%first(row)
-        high = matrix%first(row + 1) - 1
-        do while (low < high)
-          middle = (low + high)/2
-          if (matrix%columns(middle) < column) then
-            low = middle + 1
-          else
-            high = middle
-          end if
-        end do
+        place = place_of(matrix, row, column, hint)
+        hint = place - matrix%first(row)
         term = map%coefficient(a)*map%coefficient(b)*value
         if (row /= column) term = 0.5_wp*term
-        matrix%values(low) = matrix%values(low) + term
+        matrix%values(place) = matrix%values(place) + term
       end do
     end do
   end subroutine add_entry
+
+  !> Where an entry is, tried first as far in its row as the last one was, and next to that: the
+  !! components of a control point have their entries there.
+  pure integer function place_of(matrix, row, column, hint) result(low)
+    type(symmetric_matrix_t), intent(in) :: matrix
+    integer, intent(in) :: row, column, hint       !! hint: entries of the row before the place
+    integer :: high, middle, i
+
+    high = matrix%first(row + 1) - 1
+    do i = 0, 1
+      low = matrix%first(row) + hint + i
+      if (low > high) exit
+      if (matrix%columns(low) == column) return
+    end do
+    low = matrix%first(row)
+    do while (low < high)
+      middle = (low + high)/2
+      if (matrix%columns(middle) < column) then
+        low = middle + 1
+      else
+        high = middle
+      end if
+    end do
+  end function place_of
 
   !> Bring the block to the unknowns, and add it row by row: in both, columns rise.
   pure subroutine add_by_rows(matrix, map, components, block)

@@ -535,31 +535,36 @@ contains
     end do
   end subroutine move_points
 
-  !> Add the columns of the control points that have moved.
-  pure subroutine add_columns(stiffness, grid, colours, at, component, forces)
+  !> Add the columns of the control points that have moved. Where no components follow others, each
+  !! force has places in the matrix of its own, and threads may share them.
+  subroutine add_columns(stiffness, grid, colours, at, component, forces)
     type(body_stiffness_t), intent(inout) :: stiffness
     type(patch_grid_t), intent(in) :: grid
     type(colours_t), intent(in) :: colours(3)
     integer, intent(in) :: at(3), component
     real(wp), intent(in) :: forces(:, :, :, :)     !! by displacement
-    integer :: i, j, k, c, moved(3), row, column
+    integer :: i, j, k, c, moved(3), row, column, hint
 
+    !$omp parallel do collapse(2) schedule(static) private(i, c, moved, row, column, hint) &
+    !$omp& if (size(stiffness%map%unknown) == stiffness%map%n_free)
     do k = 1, grid%n(3)
-      moved(3) = colours(3)%moved(k, at(3))
       do j = 1, grid%n(2)
-        moved(2) = colours(2)%moved(j, at(2))
+        hint = 0
         do i = 1, grid%n(1)
-          moved(1) = colours(1)%moved(i, at(1))
+          moved = [colours(1)%moved(i, at(1)), colours(2)%moved(j, at(2)), &
+                   colours(3)%moved(k, at(3))]
           if (any(moved == 0)) cycle
           row = 3*(grid%n_before + i - 1 + grid%n(1)*(j - 1 + grid%n(2)*(k - 1)))
           column = 3*(grid%n_before + moved(1) - 1 &
                       + grid%n(1)*(moved(2) - 1 + grid%n(2)*(moved(3) - 1))) + component
           do c = 1, 3
-            call add_entry(stiffness%matrix, stiffness%map, row + c, column, forces(i, j, k, c))
+            call add_entry(stiffness%matrix, stiffness%map, row + c, column, forces(i, j, k, c), &
+                           hint)
           end do
         end do
       end do
     end do
+    !$omp end parallel do
   end subroutine add_columns
 
   !> Add the stiffness of joints, a block for each cell.
