@@ -6,9 +6,10 @@ module model_setup
   use failure, only: error_t
   use input_errors, only: origin_t, error_list_t, add_error, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text, counted
-  use scene, only: face_of_set, scene_t, blank_spec_t, patch_spec_t, motion_spec_t, material_spec_t
+  use scene, only: face_of_set, scene_t, blank_spec_t, patch_spec_t, probe_spec_t, &
+                   motion_spec_t, material_spec_t
   use linear_algebra, only: cross
-  use knot_vector, only: n_spans
+  use knot_vector, only: n_spans, breaks
   use patch_seams, only: column_mask_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
@@ -25,6 +26,7 @@ module model_setup
   use body_parts, only: lead_edges
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
   use boundary_setup, only: members_t, find_members, add_supports, curve_of
+  use element, only: element_t
   use element_kinds, only: reduce_to_plane
   use effect, only: sort_effects
   use model, only: hold_back_forces, model_t, increment_limit
@@ -267,7 +269,26 @@ contains
         return
       end associate
     end do
+    call check_probes(model%bodies%blank%parts(1)%element, model%probes, errors)
   end subroutine set_outline
+
+  !> Refuse history points in elements that are not there.
+  subroutine check_probes(element, probes, errors)
+    class(element_t), intent(in) :: element
+    type(probe_spec_t), intent(in) :: probes(:)
+    type(error_list_t), intent(inout) :: errors
+    integer :: i, a, at(3)
+
+    at = 1
+    do i = 1, size(probes)
+      do a = 1, 2
+        at(a) = min(max(count(breaks(element%grid%axes(a)) <= probes(i)%xi(a)), 1), &
+                    element%n_elements(a))
+      end do
+      if (element%is_outside(at)) call add_error(errors, probes(i)%origin, "the history point "// &
+        probes(i)%name//" outside of the outline", "a point of the sheet that is there")
+    end do
+  end subroutine check_probes
 
   !> Tractions and draw beads have taken the sheet as it was before it is trimmed.
   subroutine refuse_fixed_loads(scene, step, origin, errors)
