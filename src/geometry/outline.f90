@@ -181,45 +181,59 @@ contains
   pure integer function n_around(polygons, p) result(n)
     type(polygon_t), intent(in) :: polygons(:)
     integer, intent(in) :: p
+    real(wp) :: place(2)
     integer :: q
 
     n = 0
     if (size(polygons) == 1) return
+    place = place_within(polygons, p)
     do q = 1, size(polygons)
       if (q == p) cycle
-      if (is_within(polygons(q)%corners, place_within(polygons(p)%corners))) n = n + 1
+      if (is_within(polygons(q)%corners, place)) n = n + 1
     end do
   end function n_around
 
-  !> A place inside a polygon: half-way between the first two crossings of a line along the first
-  !! axis with it, through the middle of its steepest edge. Corners may lie on other polygons.
-  pure function place_within(corners) result(place)
-    real(wp), intent(in) :: corners(:, :)
-    real(wp) :: place(2), first, second, x
-    integer :: i, j, k, n
+  !> A place inside polygon p and inside none that it contains, on a line along the first axis
+  !! through the middle of its steepest edge: half-way from its first crossing with the line to the
+  !! next one of any polygon. Corners may lie on other polygons.
+  pure function place_within(polygons, p) result(place)
+    type(polygon_t), intent(in) :: polygons(:)
+    integer, intent(in) :: p
+    real(wp) :: place(2), first, next
+    integer :: k, n, q
 
-    n = size(corners, 2)
-    k = maxloc(abs(corners(2, :) - cshift(corners(2, :), 1)), 1)
-    place(2) = 0.5_wp*(corners(2, k) + corners(2, mod(k - 2 + n, n) + 1))
+    associate (corners => polygons(p)%corners)
+      n = size(corners, 2)
+      k = maxloc(abs(corners(2, :) - cshift(corners(2, :), -1)), 1)
+      place(2) = 0.5_wp*(corners(2, k) + corners(2, mod(k - 2 + n, n) + 1))
+      first = first_crossing(corners, place(2), -huge(first))
+    end associate
+    next = huge(next)
+    do q = 1, size(polygons)
+      next = min(next, first_crossing(polygons(q)%corners, place(2), first))
+    end do
+    place(1) = 0.5_wp*(first + next)
+  end function place_within
+
+  !> Where a line along the first axis crosses a polygon first after a place on it; huge if nowhere.
+  pure real(wp) function first_crossing(corners, level, after) result(first)
+    real(wp), intent(in) :: corners(:, :), level   !! second coordinate of the line
+    real(wp), intent(in) :: after
+    real(wp) :: x
+    integer :: i, j
+
     first = huge(first)
-    second = huge(second)
-    j = n
-    do i = 1, n
+    j = size(corners, 2)
+    do i = 1, size(corners, 2)
       associate (a => corners(:, i), b => corners(:, j))
-        if ((a(2) > place(2)) .neqv. (b(2) > place(2))) then
-          x = a(1) + (place(2) - a(2))/(b(2) - a(2))*(b(1) - a(1))
-          if (x < first) then
-            second = first
-            first = x
-          else
-            second = min(second, x)
-          end if
+        if ((a(2) > level) .neqv. (b(2) > level)) then
+          x = a(1) + (level - a(2))/(b(2) - a(2))*(b(1) - a(1))
+          if (x > after) first = min(first, x)
         end if
       end associate
       j = i
     end do
-    place(1) = 0.5_wp*(first + second)
-  end function place_within
+  end function first_crossing
 
   !> Does a place count in all regions?
   pure logical function is_inside(regions, place)

@@ -5,7 +5,7 @@ module shell_outline
   use outline, only: region_t, inside_distance
   use surface_grid, only: lines
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
-  use basis_tables, only: n_lanes
+  use basis_tables, only: n_lanes, axis_table_t
   use lumped_mass, only: mass_tables, add_masses
   use solid_patch, only: solid_patch_t, shell_points_t, block_t, block_at, cut_number, &
                          lane_of_element, local_place
@@ -74,10 +74,12 @@ contains
     real(wp), intent(in) :: density
     real(wp) :: mass(patch%n_control(1), patch%n_control(2), 1)
     real(wp), allocatable :: columns(:, :, :)
+    type(axis_table_t) :: axes(3)
     integer :: b, l
 
     allocate (columns, source=0.0_wp*sheet%weights)
-    associate (axes => mass_tables(sheet), lanes => patch%lanes)
+    axes = mass_tables(sheet)
+    associate (lanes => patch%lanes)
       do b = 1, lanes%n_blocks
         if (lanes%cut_number(b) > 0) cycle
         do l = 1, n_lanes
