@@ -57,7 +57,7 @@ contains
       ", factors "//rounded_text(1.0e-3_wp*factor%megabytes)//" GB"// &
       trim(merge(", the rest on disk", "                  ", allocated(factor%folder))))
     if (.not. may_step) return
-    of_matrix = n_evaluations(stiffness)*evaluation_seconds(model) &
+    of_matrix = n_evaluations(stiffness, model%bodies%blank%parts)*evaluation_seconds(model) &
                 + real(factor%n_operations, wp)/factor_rate
     seconds = n_increments*of_matrix*merge(in_contact, of_springback, has_contact(model))
     call append_text(lines, "                 about "//rounded_text(seconds)// &

@@ -82,6 +82,8 @@ module element
     procedure :: trim => no_trim
     procedure :: trial_forces => forces_of_a_copy
     procedure :: end_forces => forces_ahead
+    procedure :: n_stiffness_blocks => no_stiffness_blocks
+    procedure :: block_stiffness => no_block_stiffness
     procedure :: read_points => read_elements
     procedure :: read_resultants => no_resultants
     procedure :: jacobian => jacobian_of_grid
@@ -324,6 +326,30 @@ contains
     call self%trial_forces(law, dt, report)
     call move_alloc(x, self%motion%x)
   end subroutine forces_ahead
+
+  !> Blocks of elements whose stiffness `block_stiffness` finds; 0: differences of all forces of the
+  !! part do it.
+  pure integer function no_stiffness_blocks(self) result(n)
+    class(element_t), intent(in) :: self
+
+    n = 0
+  end function no_stiffness_blocks
+
+  !> Stiffness of the elements of blocks, eight each: how the internal forces at the end of a trial
+  !! motion change with displacements. Rows and columns are components of the control points of an
+  !! element, axis 1 of the grid first and the component last.
+  subroutine no_block_stiffness(self, law, dt, amount, first, elements, matrices)
+    class(element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                     !! of the motion [time]
+    real(wp), intent(in) :: amount                 !! displacement of the differences [length]
+    integer, intent(in) :: first                   !! block; as many follow as there is room
+    integer, intent(out) :: elements(:, :, :)      !! (3, 8, blocks), 0: not to be counted
+    real(wp), intent(out) :: matrices(:, :, :, :)  !! (8, m, m, blocks) [force/length]
+
+    elements = 0
+    matrices = 0.0_wp
+  end subroutine no_block_stiffness
 
   !> Equivalent plastic strain, stress and state of all points, along axes 1, 2, 3 within an element
   !! and then over the elements.

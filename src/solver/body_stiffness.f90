@@ -1,10 +1,13 @@
 !> Tangent stiffness of a body as a sparse matrix: central differences of the body's own force
-!! routines, so that it fits every kind of element, rule and law.
+!! routines, so that it fits every kind of element, rule and law. Bits do not depend on the number
+!! of threads.
 !!
-!! A force depends on control points that share an element with its own. Control points further
-!! apart along some axis move in one force evaluation, and each force belongs to one of them. A
-!! matrix thus takes some (2p + 1)^2 n3 3 evaluations with each sign, however many elements there
-!! are. Bits do not depend on the number of threads.
+!! Plain elements and shells give the stiffness of each element by displacements of its own control
+!! points, some 3 (p + 1)^2 n3 evaluations with each sign, for eight elements side by side. Of other
+!! kinds all forces of a part are found at once: a force depends on control points that share an
+!! element with its own, control points further apart along some axis move in one evaluation, and
+!! each force belongs to one of them. So a matrix takes some 3 (2p + 1)^2 n3 evaluations with each
+!! sign, however many elements there are.
 module body_stiffness
   use kinds, only: wp
   use failure, only: error_t
@@ -18,7 +21,7 @@ module body_stiffness
   use shell_joints, only: shell_joints_t, add_joint_forces
   use body_parts, only: field_t
   use unknowns, only: new_unknowns, tie_t, unknowns_t
-  use sparse_matrix, only: add_block, add_entry, couplings_t, new_patch_grid, &
+  use sparse_matrix, only: add_block, add_entry, couplings_t, element_components, new_patch_grid, &
                            new_symmetric_matrix, patch_grid_t, symmetric_matrix_t
   implicit none
   private
@@ -401,43 +404,103 @@ contains
     integer :: p
 
     do p = 1, size(parts)
-      call add_part(stiffness, stiffness%grids(p), parts(p)%element, law, dt, amount)
+      if (parts(p)%element%n_stiffness_blocks() > 0) then
+        call add_elements(stiffness, stiffness%grids(p), parts(p)%element, law, dt, amount)
+      else
+        call add_part(stiffness, stiffness%grids(p), parts(p)%element, law, dt, amount)
+      end if
     end do
     if (.not. present(joints)) return
     if (joints%n_cells > 0) call add_joints(stiffness, parts, joints, dt, amount)
   end subroutine add_stiffness
 
   !> Force evaluations of all elements that a matrix takes, those of a part by its share.
-  pure real(wp) function n_evaluations(stiffness) result(n)
+  pure real(wp) function n_evaluations(stiffness, parts) result(n)
     type(body_stiffness_t), intent(in) :: stiffness
-    type(colours_t) :: colours(3)
-    integer :: p, axis, c, c1, c2, c3
+    type(part_t), intent(in) :: parts(:)
+    integer :: p, n_points
     real(wp) :: of_part
 
     n = 0.0_wp
-    do p = 1, size(stiffness%grids)
-      associate (grid => stiffness%grids(p))
-        do axis = 1, 3
-          call set_colours(grid%axis(axis)%low, grid%axis(axis)%high, colours(axis))
-        end do
-        of_part = 0.0_wp
-        do c3 = 1, colours(3)%n
-          do c2 = 1, colours(2)%n
-            do c1 = 1, colours(1)%n
-              do c = 1, 3
-                if (any_free(stiffness%map, grid, colours, [c1, c2, c3], c)) &
-                  of_part = of_part + 2.0_wp
-              end do
-            end do
-          end do
-        end do
-        n = n + of_part*product(grid%n)/sum([(product(stiffness%grids(c)%n), &
-                                              c=1, size(stiffness%grids))])
+    n_points = 0
+    do p = 1, size(parts)
+      associate (element => parts(p)%element)
+        if (element%n_stiffness_blocks() > 0) then
+          of_part = 6.0_wp*product(element%grid%axes%degree + 1)
+        else
+          of_part = 2.0_wp*n_moves(stiffness, stiffness%grids(p))
+        end if
+        n = n + of_part*size(element%mass)
+        n_points = n_points + size(element%mass)
       end associate
     end do
+    n = n/n_points
   end function n_evaluations
 
-  !> Add the stiffness of a part.
+  !> Displacements of control points of one colour in one component, where one of them is free.
+  pure integer function n_moves(stiffness, grid) result(n)
+    type(body_stiffness_t), intent(in) :: stiffness
+    type(patch_grid_t), intent(in) :: grid
+    type(colours_t) :: colours(3)
+    integer :: axis, c, c1, c2, c3
+
+    do axis = 1, 3
+      call set_colours(grid%axis(axis)%low, grid%axis(axis)%high, colours(axis))
+    end do
+    n = 0
+    do c3 = 1, colours(3)%n
+      do c2 = 1, colours(2)%n
+        do c1 = 1, colours(1)%n
+          n = n + count([(any_free(stiffness%map, grid, colours, [c1, c2, c3], c), c=1, 3)])
+        end do
+      end do
+    end do
+  end function n_moves
+
+  !> Add the stiffness of a part element by element, some blocks at a time.
+  subroutine add_elements(stiffness, grid, element, law, dt, amount)
+    type(body_stiffness_t), intent(inout) :: stiffness
+    type(patch_grid_t), intent(in) :: grid
+    class(element_t), intent(inout) :: element
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, amount
+    integer, parameter :: most_values = 2**22      ! of the matrices that wait
+    real(wp), allocatable :: matrices(:, :, :, :)
+    integer, allocatable :: elements(:, :, :)
+    integer :: first, n, m, b, l
+
+    m = 3*product(element%grid%axes%degree + 1)
+    n = max(1, min(element%n_stiffness_blocks(), most_values/(n_lanes*m*m)))
+    allocate (matrices(n_lanes, m, m, n), elements(3, n_lanes, n))
+    do first = 1, element%n_stiffness_blocks(), n
+      n = min(n, element%n_stiffness_blocks() - first + 1)
+      call element%block_stiffness(law, dt, amount, first, elements(:, :, :n), &
+                                   matrices(:, :, :, :n))
+      do b = 1, n
+        do l = 1, n_lanes
+          if (elements(1, l, b) == 0) cycle
+          associate (k => matrices(l, :, :, b))
+            call add_block(stiffness%matrix, stiffness%map, &
+                           components_by_axis(grid, elements(:, l, b)), 0.5_wp*(k + transpose(k)))
+          end associate
+        end do
+      end do
+    end do
+  end subroutine add_elements
+
+  !> Components of an element in the order of its stiffness.
+  pure function components_by_axis(grid, element) result(components)
+    type(patch_grid_t), intent(in) :: grid
+    integer, intent(in) :: element(3)
+    integer, allocatable :: components(:)
+    integer :: c
+
+    associate (by_point => element_components(grid, element))
+      components = [(by_point(c::3), c=1, 3)]
+    end associate
+  end function components_by_axis
+
+  !> Add the stiffness of a part by differences of all its forces.
   subroutine add_part(stiffness, grid, element, law, dt, amount)
     type(body_stiffness_t), intent(inout) :: stiffness
     type(patch_grid_t), intent(in) :: grid

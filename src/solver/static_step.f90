@@ -30,7 +30,7 @@ module static_step
 
   real(wp), parameter, public :: increment_growth = 1.5_wp   !! after one that was easy
 
-  integer, parameter :: most_iterations = 16, enough_iterations = 8, most_cuts = 12
+  integer, parameter :: most_iterations = 16, enough_iterations = 6, most_cuts = 12
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
   integer, parameter :: n_told = 3                 !! of the residuals, in the log
@@ -39,7 +39,11 @@ module static_step
   real(wp), parameter :: in_contact = 10.0_wp      !! times that, with contact
   real(wp), parameter :: unheld = 1.0e-4_wp        !! reaction to a rigid motion that is too large
   real(wp), parameter :: short = 1.0e-6_wp         !! of the increment: no time for laws to relax
-  real(wp), parameter :: enough = 0.05_wp          !! of the residual left: the factors still serve
+  real(wp), parameter :: too_much = 2.0_wp         !! of the residuals before and after the first
+                                                   !! iteration: later ones diverge
+  ! The factors still serve for a residual that has fallen to this part and is that near the limit:
+  ! farther off they hold the stress of a part that was stretched as it turned.
+  real(wp), parameter :: enough = 0.05_wp, near = 10.0_wp
 
 contains
 
@@ -221,13 +225,14 @@ contains
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:)
-    real(wp) :: before, limit, share
+    real(wp) :: before, limit, share, first
     integer :: most, n_before, n_free
     logical :: is_stale
 
     words = ""
     n_iterations = 0
     n_free = 0
+    first = 0.0_wp
     most = most_iterations + merge(more_with_care, 0, equations%is_careful)
     limit = tolerance*merge(in_contact, 1.0_wp, equations%has_contact)
     call start_increment(equations, model, run, u, share)
@@ -236,6 +241,9 @@ contains
     do while (n_iterations == 0 .or. equations%norm > limit*equations%largest .or. &
               is_hovering(equations))
       if (.not. equations%norm < huge(before)) words = "elements turn over or their law fails"
+      if (n_iterations < 2) first = max(first, equations%norm)
+      if (equations%norm > too_much*first .and. .not. equations%is_careful) &
+        words = "the iterations diverge"
       if (n_iterations - n_free == most .or. n_free == most_free) &
         words = cause_of(equations, model, n_iterations, n_before)
       if (words /= "") return
@@ -248,7 +256,8 @@ contains
       call take_newton_step(equations, model, run, u, error)
       if (allocated(error)) return
       last = [last(2:), equations%norm]
-      is_stale = equations%norm > enough*before .or. equations%n_touching /= n_before
+      is_stale = equations%norm > min(enough*before, near*limit*equations%largest) .or. &
+                 equations%n_touching /= n_before
       if (is_hovering(equations)) then
         n_free = n_free + 1
         is_stale = n_free == 1

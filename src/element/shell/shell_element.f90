@@ -28,6 +28,7 @@ module shell_element
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces
   use shell_forces, only: forces_of_shell, shell_kernel_name
+  use shell_stiffness, only: stiffness_of_shells
   use through_thickness, only: through_fields_t, new_through_fields, add_push, take_pushes, &
                                thickness_now
   implicit none
@@ -55,6 +56,7 @@ module shell_element
     procedure :: forces
     procedure :: trial_forces
     procedure :: end_forces => trial_forces
+    procedure :: block_stiffness
     procedure :: drop_state
     procedure :: forget_faces
     procedure :: single
@@ -211,9 +213,7 @@ contains
 
     self%patch%n_before = self%n_before
     self%dt = dt
-    self%through%is_watched = self%seen == self%patch%increment
-    if (self%through%is_watched) call take_pushes(self%through, self%thickness)
-    self%through%is_pressed = self%through%is_pressed .and. self%through%is_watched
+    call look_through(self)
     call forces_of_shell(self%patch, self%points, self%buffers, self%through, law, dt, &
                          self%motion%x, self%motion%internal_force, report)
   end subroutine forces
@@ -233,9 +233,7 @@ contains
 
     points = self%points
     through = self%through
-    self%through%is_watched = self%seen == self%patch%increment
-    if (self%through%is_watched) call take_pushes(self%through, self%thickness)
-    self%through%is_pressed = self%through%is_pressed .and. self%through%is_watched
+    call look_through(self)
     stress = self%patch%stress
     state = self%patch%state
     push = self%patch%push
@@ -251,6 +249,31 @@ contains
     self%patch%time = time
     self%patch%increment = increment
   end subroutine trial_forces
+
+  !> What presses on the faces at the end of a motion, if they have been looked at for it.
+  subroutine look_through(self)
+    class(shell_element_t), intent(inout) :: self
+
+    self%through%is_watched = self%seen == self%patch%increment
+    if (self%through%is_watched) call take_pushes(self%through, self%thickness)
+    self%through%is_pressed = self%through%is_pressed .and. self%through%is_watched
+  end subroutine look_through
+
+  subroutine block_stiffness(self, law, dt, amount, first, elements, matrices)
+    class(shell_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, amount
+    integer, intent(in) :: first
+    integer, intent(out) :: elements(:, :, :)
+    real(wp), intent(out) :: matrices(:, :, :, :)
+    type(through_fields_t) :: through
+
+    through = self%through
+    call look_through(self)
+    call stiffness_of_shells(self%patch, self%points, self%through, law, dt, amount, &
+                             self%motion%x + dt*self%motion%v, first, elements, matrices)
+    self%through = through
+  end subroutine block_stiffness
 
   subroutine drop_state(self)
     class(shell_element_t), intent(inout) :: self

@@ -19,7 +19,8 @@ module shell_forces
   implicit none
   private
 
-  public :: forces_of_shell, set_metric, set_metric_of_block, shell_kernel_of, shell_kernel_name
+  public :: forces_of_shell, run_shell, run_placed, set_metric, set_metric_of_block
+  public :: shell_kernel_of, shell_kernel_name
 
   !> Degrees and points of the tuned instances, as in `kernel_dispatch`.
 #include "shell_rules.inc"

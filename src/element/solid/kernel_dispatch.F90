@@ -63,21 +63,21 @@ contains
   end function kernel_name
 
   !> Stress update and forces of a block.
-  subroutine run_kernel(patch, law, block, dt, x, v, u, f, sums, ok)
+  subroutine run_kernel(patch, law, block, dt, is_direct, x, v, u, f, sums, ok)
     type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
+    logical, intent(in) :: is_direct                    !! only where `takes_fields`
     real(wp), intent(in) :: x(*), v(*)                  !! fields of the patch
     real(wp), intent(in) :: u(*)                        !! from gather_motion, unless direct
     real(wp), intent(inout) :: f(*)                     !! internal forces of the block
     real(wp), intent(out) :: sums(n_lanes, 4)           !! see block_forces
     logical, intent(out) :: ok
     real(wp) :: viscous(n_lanes, 2)
-    logical :: on, is_direct
+    logical :: on
     integer :: p(3), q(3), first(3)
 
-    is_direct = takes_fields(patch, block)
     first = [patch%lanes%first(1, block%b), patch%axes(2)%first(block%e2), &
              patch%axes(3)%first(block%e3)]
     on = patch%viscosity%is_active

@@ -15,6 +15,7 @@ module solid_element
   use patch_setup, only: new_patch, new_tile_buffers, element_patch, check_shape
   use patch_points, only: new_point_volumes, energy_of_points, new_given_fields, spread_to_points
   use solid_forces, only: internal_forces
+  use solid_stiffness, only: stiffness_of_solids
   use lumped_mass, only: new_lumped_mass, mass_tables, add_masses
   use kernel_dispatch, only: solid_kernel_name => kernel_name
   implicit none
@@ -26,10 +27,13 @@ module solid_element
   type, extends(element_t), public :: solid_element_t
     type(solid_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
+    logical :: has_plain_points = .true.           !! a block needs nothing but its own points
     real(wp), allocatable :: volumes(:, :, :, :)   !! of the points at the start, when asked for
   contains
     procedure :: forces
     procedure :: trial_forces
+    procedure :: n_stiffness_blocks
+    procedure :: block_stiffness
     procedure :: elastic_copy
     procedure :: take_moduli
     procedure :: scale_mass
@@ -124,6 +128,26 @@ contains
     self%patch%time = time
     self%patch%increment = increment
   end subroutine trial_forces
+
+  pure integer function n_stiffness_blocks(self) result(n)
+    class(solid_element_t), intent(in) :: self
+
+    n = merge(self%patch%n_blocks, 0, self%has_plain_points)
+  end function n_stiffness_blocks
+
+  subroutine block_stiffness(self, law, dt, amount, first, elements, matrices)
+    class(solid_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, amount
+    integer, intent(in) :: first
+    integer, intent(out) :: elements(:, :, :)
+    real(wp), intent(out) :: matrices(:, :, :, :)
+
+    associate (motion => self%motion)
+      call stiffness_of_solids(self%patch, law, dt, amount, motion%x + dt*motion%v, motion%v, &
+                               first, elements, matrices)
+    end associate
+  end subroutine block_stiffness
 
   subroutine elastic_copy(self, copy)
     class(solid_element_t), intent(in) :: self

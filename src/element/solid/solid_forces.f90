@@ -100,13 +100,14 @@ contains
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
     type(block_t) :: block
     integer :: i
-    logical :: ok
+    logical :: is_direct, ok
 
     call clear_rows(tile, force, border)
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
-      if (.not. takes_fields(patch, block)) call gather_motion(patch, block, dt, x, v, u, w)
-      call run_kernel(patch, law, block, dt, x, v, u, f, sums, ok)
+      is_direct = takes_fields(patch, block)
+      if (.not. is_direct) call gather_motion(patch, block, dt, x, v, u, w)
+      call run_kernel(patch, law, block, dt, is_direct, x, v, u, f, sums, ok)
       call add_forces(patch, tile, block, w, f, force, border)
       call add_report(report, sums, ok, block)
     end do

@@ -133,7 +133,7 @@ def u_bend(folder):
     else:
         results = run(folder, one)
         stretches = (2, 18), (35, 80), (105, 170)
-        drawn, opening = ((91.7, 90.0), 0.7), ((12.5, -10.2), 1.2)
+        drawn, opening = ((91.7, 90.0), 0.7), ((15.3, -12.0), 0.8)
     section = Section(results)
     step = results.history("process_step")
     late = (results.history("time") > 0.5 * results.history("time")[step == 1][-1]) & (step == 1)
