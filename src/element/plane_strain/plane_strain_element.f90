@@ -50,7 +50,7 @@ contains
     end associate
     allocate (strip)
     strip%solid_element_t = solid
-    strip%has_plain_points = .false.
+    strip%has_own_points = .false.
     associate (patch => solid%patch, plane => strip%plane)
       plane%places = in_plane(:, component)
       plane%across = 0.5_wp*width

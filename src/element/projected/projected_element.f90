@@ -13,6 +13,7 @@ module projected_element
                                project_nothing
   use smooth_splines, only: smooth_fields_t, new_smooth_fields
   use projected_forces, only: forces_of_projection
+  use projected_stiffness, only: stiffness_of_projection
   use smooth_forces, only: forces_of_smooth_projection
   implicit none
   private
@@ -25,6 +26,7 @@ module projected_element
     type(smooth_fields_t), allocatable :: smooth   !! only where the projection is smooth
   contains
     procedure :: forces
+    procedure :: block_stiffness
     procedure :: single
     procedure :: describe
   end type projected_element_t
@@ -45,11 +47,11 @@ contains
 
     call new_solid_element(element, name, grid, n_points, n_parts, law, viscosity, error)
     if (allocated(error)) return
-    element%has_plain_points = .false.
     call separate_rows(element%patch)
     call new_projection(element%projection, spec, grid%axes, element%patch%axes, error)
     if (allocated(error) .or. .not. element%projection%is_smooth) return
     element%is_coupled = .true.
+    element%has_own_points = .false.
     allocate (element%smooth, &
               source=new_smooth_fields(element%projection%smooth, element%patch%axes, &
                                        element%patch%lanes, element%patch%has_gradients))
@@ -72,6 +74,21 @@ contains
       end if
     end associate
   end subroutine forces
+
+  subroutine block_stiffness(self, law, dt, amount, first, elements, matrices)
+    class(projected_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, amount
+    integer, intent(in) :: first
+    integer, intent(out) :: elements(:, :, :)
+    real(wp), intent(out) :: matrices(:, :, :, :)
+
+    self%patch%n_before = self%n_before
+    associate (motion => self%motion)
+      call stiffness_of_projection(self%patch, self%projection, law, dt, amount, &
+                                   motion%x + dt*motion%v, motion%v, first, elements, matrices)
+    end associate
+  end subroutine block_stiffness
 
   !> With plain strains where the projection couples elements.
   subroutine single(self, element, copy)

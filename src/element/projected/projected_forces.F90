@@ -22,7 +22,7 @@ module projected_forces
   implicit none
   private
 
-  public :: forces_of_projection
+  public :: forces_of_projection, find_strain, find_forces
   public :: set_point_fields, run_strain, run_nodal
   public :: start_strain, finish_strain, start_stress, finish_stress
 
@@ -84,23 +84,46 @@ contains
       do i = 1, n
         if (.not. allocated(fields(i)%dstrain)) call set_point_fields(patch, projection, fields(i))
         call gather_motion(patch, blocks(i), dt, x, v, u, w)
-        call run_strain(patch, projection, blocks(i), .true., u, fields(i))
-        call start_strain(projection, fields(i))
-        call project_block(patch, projection, .false., fields(i))
-        call finish_strain(projection, fields(i))
+        call find_strain(patch, projection, blocks(i), u, fields(i))
       end do
       call update_stress(patch, law, blocks(:n), dt, group, fields(:n), ok(:n))
       do i = 1, n
-        call start_stress(projection, fields(i))
-        call project_block(patch, projection, .true., fields(i))
-        call finish_stress(projection, fields(i))
-        call run_nodal(patch, projection, blocks(i), u, fields(i), f)
+        call find_forces(patch, projection, blocks(i), u, fields(i), f)
         if (patch%is_rational) call gather_weights(patch, blocks(i), w)
         call add_forces(patch, tile, blocks(i), w, f, force, border)
         call add_report(report, fields(i)%sums, ok(i), blocks(i))
       end do
     end do
   end subroutine forces_of_tile
+
+  !> Strains of a block, projected.
+  subroutine find_strain(patch, projection, block, u, fields)
+    type(solid_patch_t), intent(in) :: patch
+    type(projection_t), intent(in) :: projection
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: u(*)                     !! from gather_motion
+    type(point_fields_t), intent(inout) :: fields
+
+    call run_strain(patch, projection, block, .true., u, fields)
+    call start_strain(projection, fields)
+    call project_block(patch, projection, .false., fields)
+    call finish_strain(projection, fields)
+  end subroutine find_strain
+
+  !> Control-point forces of a block by its stresses, projected.
+  subroutine find_forces(patch, projection, block, u, fields, f)
+    type(solid_patch_t), intent(in) :: patch
+    type(projection_t), intent(in) :: projection
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: u(*)                     !! positions, for smooth projections
+    type(point_fields_t), intent(inout) :: fields
+    real(wp), intent(inout) :: f(*)
+
+    call start_stress(projection, fields)
+    call project_block(patch, projection, .true., fields)
+    call finish_stress(projection, fields)
+    call run_nodal(patch, projection, block, u, fields, f)
+  end subroutine find_forces
 
   !> Room for the points of a block.
   pure subroutine set_point_fields(patch, projection, fields)

@@ -5,7 +5,8 @@ module shell_stiffness
   use basis_tables, only: n_lanes
   use solid_patch, only: solid_patch_t, shell_points_t, block_t, block_at
   use solid_forces, only: gather_motion
-  use solid_stiffness, only: owned_elements, move_column, add_column
+  use solid_stiffness, only: kept_block_t, keep_block, put_back_block, owned_elements, &
+                             move_column, add_column
   use shell_context, only: placed_law_t, new_placed_law
   use shell_forces, only: run_placed, run_shell
   use through_thickness, only: through_fields_t, normal_at_points
@@ -15,9 +16,8 @@ module shell_stiffness
   public :: stiffness_of_shells
 
   !> What an evaluation changes at the points of a block.
-  type :: kept_t
-    real(wp), allocatable, dimension(:, :, :, :) :: stress, state
-    real(wp), allocatable, dimension(:, :, :) :: push, metric, through, resultant, normal, stretch
+  type, extends(kept_block_t) :: kept_t
+    real(wp), allocatable, dimension(:, :, :) :: metric, through, resultant, normal, stretch
     real(wp), allocatable :: thickness(:, :)
     logical :: is_pressed = .false.
   end type kept_t
@@ -92,9 +92,7 @@ contains
     integer, intent(in) :: k                       !! number of the block
     type(kept_t), intent(out) :: kept
 
-    kept%stress = patch%stress(:, :, :, :, k)
-    kept%state = patch%state(:, :, :, :, k)
-    kept%push = patch%push(:, :, :, min(k, size(patch%push, 4)))
+    call keep_block(patch, k, kept%kept_block_t)
     kept%metric = points%metric(:, :, :, k)
     kept%through = points%through(:, :, :, k)
     kept%resultant = points%resultant(:, :, :, k)
@@ -110,9 +108,7 @@ contains
     type(shell_points_t), intent(inout) :: points
     integer, intent(in) :: k
 
-    patch%stress(:, :, :, :, k) = kept%stress
-    patch%state(:, :, :, :, k) = kept%state
-    if (patch%viscosity%is_active) patch%push(:, :, :, min(k, size(patch%push, 4))) = kept%push
+    call put_back_block(kept%kept_block_t, patch, k)
     points%metric(:, :, :, k) = kept%metric
     points%through(:, :, :, k) = kept%through
     points%resultant(:, :, :, k) = kept%resultant

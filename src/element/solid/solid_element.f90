@@ -27,7 +27,7 @@ module solid_element
   type, extends(element_t), public :: solid_element_t
     type(solid_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
-    logical :: has_plain_points = .true.           !! a block needs nothing but its own points
+    logical :: has_own_points = .true.           !! a block needs nothing but its own points
     real(wp), allocatable :: volumes(:, :, :, :)   !! of the points at the start, when asked for
   contains
     procedure :: forces
@@ -132,7 +132,7 @@ contains
   pure integer function n_stiffness_blocks(self) result(n)
     class(solid_element_t), intent(in) :: self
 
-    n = merge(self%patch%n_blocks, 0, self%has_plain_points)
+    n = merge(self%patch%n_blocks, 0, self%has_own_points)
   end function n_stiffness_blocks
 
   subroutine block_stiffness(self, law, dt, amount, first, elements, matrices)

@@ -11,7 +11,14 @@ module solid_stiffness
   implicit none
   private
 
-  public :: stiffness_of_solids, owned_elements, move_column, add_column
+  public :: stiffness_of_solids, owned_elements, move_column, move_motion, add_column
+  public :: keep_block, put_back_block
+
+  !> What an evaluation changes at the points of a block.
+  type, public :: kept_block_t
+    real(wp), allocatable, dimension(:, :, :, :) :: stress, state
+    real(wp), allocatable :: push(:, :, :)
+  end type kept_block_t
 
 contains
 
@@ -61,35 +68,58 @@ contains
     real(wp), intent(in) :: dt, amount
     real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
     real(wp), intent(out) :: matrix(:, :, :)
-    real(wp), dimension(size(patch%stress, 1), size(patch%stress, 2), size(patch%stress, 3), &
-                        size(patch%stress, 4)) :: stress
-    real(wp), allocatable :: state(:, :, :, :), push(:, :, :)
+    type(kept_block_t) :: kept
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), start(size(u, 1), 6), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4), sense
     integer :: column, side
     logical :: ok
 
-    associate (k => block%number, k_push => min(block%number, size(patch%push, 4)))
-      stress = patch%stress(:, :, :, :, k)
-      state = patch%state(:, :, :, :, k)
-      push = patch%push(:, :, :, k_push)
-      call gather_motion(patch, block, dt, x, v, start, w)
-      matrix = 0.0_wp
-      do column = 1, size(matrix, 3)
-        do side = 1, 2
-          sense = 3.0_wp - 2.0_wp*side
-          u = start
-          call move_column(column, sense*amount, w, u(:, :3))
-          call move_column(column, 0.5_wp*sense*amount, w, u(:, 4:))
-          call run_kernel(patch, law, block, dt, .false., x, v, u, f, sums, ok)
-          patch%stress(:, :, :, :, k) = stress
-          if (law%n_state > 0) patch%state(:, :, :, :, k) = state
-          if (patch%viscosity%is_active) patch%push(:, :, :, k_push) = push
-          call add_column(column, 0.5_wp*sense/amount, w, f, matrix)
-        end do
+    call keep_block(patch, block%number, kept)
+    call gather_motion(patch, block, dt, x, v, start, w)
+    matrix = 0.0_wp
+    do column = 1, size(matrix, 3)
+      do side = 1, 2
+        sense = 3.0_wp - 2.0_wp*side
+        u = start
+        call move_motion(column, sense*amount, w, u)
+        call run_kernel(patch, law, block, dt, .false., x, v, u, f, sums, ok)
+        call put_back_block(kept, patch, block%number)
+        call add_column(column, 0.5_wp*sense/amount, w, f, matrix)
       end do
-    end associate
+    end do
   end subroutine difference_block
+
+  pure subroutine keep_block(patch, k, kept)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: k                       !! number of the block
+    type(kept_block_t), intent(out) :: kept
+
+    kept%stress = patch%stress(:, :, :, :, k)
+    kept%state = patch%state(:, :, :, :, k)
+    kept%push = patch%push(:, :, :, min(k, size(patch%push, 4)))
+  end subroutine keep_block
+
+  pure subroutine put_back_block(kept, patch, k)
+    type(kept_block_t), intent(in) :: kept
+    type(solid_patch_t), intent(inout) :: patch
+    integer, intent(in) :: k
+
+    patch%stress(:, :, :, :, k) = kept%stress
+    patch%state(:, :, :, :, k) = kept%state
+    if (patch%viscosity%is_active) patch%push(:, :, :, min(k, size(patch%push, 4))) = kept%push
+  end subroutine put_back_block
+
+  !> Move a component of the control points of eight elements at the end of a motion, and half of
+  !! the motion with it.
+  pure subroutine move_motion(column, amount, w, u)
+    integer, intent(in) :: column                  !! node + nodes*(component - 1)
+    real(wp), intent(in) :: amount
+    real(wp), intent(in) :: w(:)                   !! weights of the block, where there are any
+    real(wp), intent(inout) :: u(:, :)             !! (8*nodes, 6), see `gather_motion`
+
+    call move_column(column, amount, w, u(:, :3))
+    call move_column(column, 0.5_wp*amount, w, u(:, 4:))
+  end subroutine move_motion
 
   !> Move a component of the control points of eight elements.
   pure subroutine move_column(column, amount, w, u)

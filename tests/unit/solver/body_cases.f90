@@ -18,9 +18,9 @@ module body_cases
 
   public :: new_case, new_thin_sheet, hold_nothing, hold_where, tie_rows
 
-  integer, parameter, public :: n_cases = 7
+  integer, parameter, public :: n_cases = 8
   integer, parameter, public :: quadratic = 1, cubic = 2, seam = 3, fold = 4, disk = 5, &
-                                symmetric = 6, smooth = 7
+                                symmetric = 6, smooth = 7, projected = 8
 
 contains
 
@@ -34,9 +34,9 @@ contains
     type(round_shape_t) :: shape
     type(error_t), allocatable :: error
 
-    if (any(number == [quadratic, cubic, symmetric, smooth])) allocate (solids(1))
+    if (any(number == [quadratic, cubic, symmetric, smooth, projected])) allocate (solids(1))
     select case (number)
-    case (quadratic)
+    case (quadratic, projected)
       solids(1) = weighted(bent(box([2, 2, 2], [6, 4, 1], [6.0_wp, 4.0_wp, 1.0_wp], 0.2_wp), &
                                 0.05_wp), 0.1_wp)
     case (cubic)
@@ -60,6 +60,7 @@ contains
       projection%kind = 1
       projection%is_smooth = .true.
     end select
+    if (number == projected) projection%kind = 1
     call set_body(solids, any(number == [fold, disk, symmetric]), projection, body)
     call hold_nothing(body, fixed)
     if (number == cubic) call hold_where(body, 1, 0.0_wp, fixed)
