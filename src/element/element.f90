@@ -107,6 +107,7 @@ module element
     procedure :: begin_step => keep_time
     procedure :: allow_viscosity => keep_viscosity
     procedure :: forget_faces => keep_no_faces
+    procedure :: take_shape => keep_no_shape
     procedure :: set_state => no_state
     procedure :: size_of => no_size
     procedure :: new_fields => new_nodal_fields
@@ -262,6 +263,12 @@ contains
     class(element_t), intent(inout) :: self
     logical, intent(in) :: is_pressed
   end subroutine keep_no_faces
+
+  !> Strains of the next evaluation count from the present positions. Elements that find them from
+  !! positions and velocities keep no shape.
+  subroutine keep_no_shape(self)
+    class(element_t), intent(inout) :: self
+  end subroutine keep_no_shape
 
   !> Add to the outermost layer of a field at a side.
   pure subroutine add_to_layer(field, side, net)

@@ -30,7 +30,7 @@ module static_step
 
   real(wp), parameter, public :: increment_growth = 1.5_wp   !! after one that was easy
 
-  integer, parameter :: most_iterations = 16, enough_iterations = 6, most_cuts = 12
+  integer, parameter :: most_iterations = 16, enough_factors = 4, most_cuts = 12
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
   integer, parameter :: n_told = 3                 !! of the residuals, in the log
@@ -41,9 +41,11 @@ module static_step
   real(wp), parameter :: short = 1.0e-6_wp         !! of the increment: no time for laws to relax
   real(wp), parameter :: too_much = 2.0_wp         !! of the residuals before and after the first
                                                    !! iteration: later ones diverge
-  ! The factors still serve for a residual that has fallen to this part and is that near the limit:
-  ! farther off they hold the stress of a part that was stretched as it turned.
-  real(wp), parameter :: enough = 0.05_wp, near = 10.0_wp
+  real(wp), parameter :: too_little = 0.5_wp       !! of a residual that stretching made: the second
+                                                   !! iteration has to do more
+  ! Factors are kept while the residual falls to this part in an iteration and is that near the
+  ! limit, and factors that were kept as long as so many iterations more would do.
+  real(wp), parameter :: enough = 0.05_wp, near = 1.0e4_wp, few = 3.0_wp
 
 contains
 
@@ -121,7 +123,7 @@ contains
     type(field_t), allocatable :: start(:)
     character(:), allocatable :: words
     real(wp) :: left, dt, last(n_told)
-    integer :: cut, n_iterations
+    integer :: cut, n_iterations, n_factors
 
     call keep_positions(model, start)
     do cut = 0, most_cuts
@@ -132,7 +134,7 @@ contains
       call new_equations(equations, model, run, dt, cut >= enough_cuts, error)
       if (allocated(error)) return
       if (cut == 0) call tell_equations(equations, run, log)
-      call find_equilibrium(equations, model, run, n_iterations, last, words, error)
+      call find_equilibrium(equations, model, run, n_iterations, n_factors, last, words, error)
       if (words == "" .and. .not. allocated(error)) exit
       call restore_start(equations, model, run)
       if (allocated(error)) return
@@ -145,12 +147,12 @@ contains
       run%static_dt = 0.25_wp*dt
     end do
     call log_line(log, "static     time "//rounded_text(run%instant%time)//", "// &
-                  to_text(n_iterations)//" iterations, residual "// &
-                  listed(last(max(1, size(last) - n_iterations):)/equations%largest)// &
-                  " of the largest force")
+                  counted(n_iterations, "iteration")//", "//counted(n_factors, "tangent")// &
+                  ", residual "//listed(last(max(1, size(last) - n_iterations):) &
+                                        /equations%largest)//" of the largest force")
     call check_held(equations, error)
     call accept(equations, model, run, start)
-    if (n_iterations <= enough_iterations) &
+    if (n_factors <= enough_factors) &
       run%static_dt = min(increment_growth*dt, model%step%most_increment)
   end subroutine take_static_increment
 
@@ -203,51 +205,59 @@ contains
                     "points held against rigid motions that the supports leave")
   end subroutine tell_equations
 
-  !> Numbers in the order in which they came.
+  !> Residuals in the order in which they came, those by factors that were kept in parentheses.
   pure function listed(values) result(words)
-    real(wp), intent(in) :: values(:)
-    character(:), allocatable :: words
+    real(wp), intent(in) :: values(:)              !! these negative
+    character(:), allocatable :: words, word
     integer :: i
 
-    words = rounded_text(values(1))
-    do i = 2, size(values)
-      words = words//", "//rounded_text(values(i))
+    words = ""
+    do i = 1, size(values)
+      word = rounded_text(abs(values(i)))
+      if (values(i) < 0.0_wp) word = "("//word//")"
+      if (i > 1) words = words//", "
+      words = words//word
     end do
   end function listed
 
   !> Newton's method. `words` says why there is no equilibrium, or is empty.
-  subroutine find_equilibrium(equations, model, run, n_iterations, last, words, error)
+  subroutine find_equilibrium(equations, model, run, n_iterations, n_factors, last, words, error)
     type(static_equations_t), intent(inout) :: equations
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     integer, intent(out) :: n_iterations
-    real(wp), intent(out) :: last(:)               !! residuals [force]
+    integer, intent(out) :: n_factors              !! sets of them
+    real(wp), intent(out) :: last(:)               !! residuals, negative: by factors that were kept
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:)
-    real(wp) :: before, limit, share, first
+    real(wp) :: before, limit, share
+    real(wp) :: early(0:2)                         ! residuals after none, one and two iterations
     integer :: most, n_before, n_free
-    logical :: is_stale
+    logical :: is_stale, is_stretched
 
     words = ""
     n_iterations = 0
+    n_factors = 0
     n_free = 0
-    first = 0.0_wp
     most = most_iterations + merge(more_with_care, 0, equations%is_careful)
     limit = tolerance*merge(in_contact, 1.0_wp, equations%has_contact)
     call start_increment(equations, model, run, u, share)
     last = equations%norm
+    early = equations%norm
     is_stale = .true.
     do while (n_iterations == 0 .or. equations%norm > limit*equations%largest .or. &
               is_hovering(equations))
+      is_stretched = n_iterations == 1 .and. early(1) > early(0) .and. .not. equations%is_careful
       if (.not. equations%norm < huge(before)) words = "elements turn over or their law fails"
-      if (n_iterations < 2) first = max(first, equations%norm)
-      if (equations%norm > too_much*first .and. .not. equations%is_careful) &
-        words = "the iterations diverge"
+      if (are_diverging(equations, n_iterations, early)) words = "the iterations diverge"
       if (n_iterations - n_free == most .or. n_free == most_free) &
         words = cause_of(equations, model, n_iterations, n_before)
       if (words /= "") return
-      if (is_stale) call renew_factors(equations, model, run, u, share, words, error)
+      if (is_stale) then
+        call renew_factors(equations, model, run, u, share, is_stretched, words, error)
+        n_factors = n_factors + 1
+      end if
       if (words /= "" .or. allocated(error)) return
       share = 1.0_wp
       n_iterations = n_iterations + 1
@@ -255,15 +265,42 @@ contains
       n_before = equations%n_touching
       call take_newton_step(equations, model, run, u, error)
       if (allocated(error)) return
-      last = [last(2:), equations%norm]
-      is_stale = equations%norm > min(enough*before, near*limit*equations%largest) .or. &
-                 equations%n_touching /= n_before
+      last = [last(2:), merge(equations%norm, -equations%norm, is_stale)]
+      if (n_iterations <= 2) early(n_iterations:) = equations%norm
+      is_stale = equations%n_touching /= n_before .or. &
+                 .not. still_serve(equations, before, limit*equations%largest, .not. is_stale)
       if (is_hovering(equations)) then
         n_free = n_free + 1
         is_stale = n_free == 1
       end if
     end do
   end subroutine find_equilibrium
+
+  !> Do the iterations lead away from equilibrium? Known without contact, which comes and goes.
+  pure logical function are_diverging(equations, n_iterations, early)
+    type(static_equations_t), intent(in) :: equations
+    integer, intent(in) :: n_iterations
+    real(wp), intent(in) :: early(0:2)             !! residuals, see `find_equilibrium` [force]
+
+    are_diverging = .false.
+    if (equations%is_careful) return
+    are_diverging = equations%norm > too_much*max(early(0), early(1))
+    if (n_iterations == 2) are_diverging = are_diverging .or. &
+      (early(1) > early(0) .and. early(2) > too_little*early(1))
+  end function are_diverging
+
+  !> Do the factors serve for one more iteration? New ones cost as much as many iterations.
+  pure logical function still_serve(equations, before, limit, were_kept)
+    type(static_equations_t), intent(in) :: equations
+    real(wp), intent(in) :: before                 !! residual before the last iteration [force]
+    real(wp), intent(in) :: limit                  !! of residuals in equilibrium [force]
+    logical, intent(in) :: were_kept               !! in the last iteration
+
+    associate (norm => equations%norm)
+      still_serve = norm <= enough*before .and. norm <= near*limit
+      if (were_kept) still_serve = still_serve .or. norm*(norm/before)**few <= limit
+    end associate
+  end function still_serve
 
   !> Why the iterations have not come to an end.
   function cause_of(equations, model, n_iterations, n_before) result(words)

@@ -27,7 +27,7 @@ module shell_element
   use shell_setup, only: shortest_length, mid_surface, new_shell_patch, damp_bending_of
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces
-  use shell_forces, only: forces_of_shell, shell_kernel_name
+  use shell_forces, only: forces_of_shell, set_metric, shell_kernel_name
   use shell_stiffness, only: stiffness_of_shells
   use through_thickness, only: through_fields_t, new_through_fields, add_push, take_pushes, &
                                thickness_now
@@ -59,6 +59,7 @@ module shell_element
     procedure :: block_stiffness
     procedure :: drop_state
     procedure :: forget_faces
+    procedure :: take_shape
     procedure :: single
     procedure :: elastic_energy
     procedure :: read_points
@@ -297,6 +298,13 @@ contains
     self%through%is_watched = .false.
     self%seen = -2
   end subroutine forget_faces
+
+  !> Strains of the next evaluation count from the present positions.
+  subroutine take_shape(self)
+    class(shell_element_t), intent(inout) :: self
+
+    call set_metric(self%patch, self%points, self%motion%x)
+  end subroutine take_shape
 
   !> The element on its own span, with its share of the mass.
   subroutine single(self, element, copy)

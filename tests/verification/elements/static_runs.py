@@ -16,11 +16,14 @@ def iterations(case, deck):
 
 
 def last_residuals(case, deck):
-    """The last three residuals of each increment with three at least, over the largest force."""
+    """The last three residuals of each increment with three at least, over the largest force, and
+    whether each came by a new tangent: the log has the others in parentheses."""
     with open(os.path.join(case.out, f"{case.name}_{deck}.log"), encoding="utf-8") as log:
         rows = [line.split("residual")[1].split(" of ")[0].split(",") for line in log
                 if line.startswith("static     time")]
-    return np.array([row for row in rows if len(row) == 3], dtype=float)
+    rows = [row for row in rows if len(row) == 3]
+    return (np.array([[float(word.strip(" ()")) for word in row] for row in rows]),
+            np.array([["(" not in word for word in row] for row in rows]))
 
 
 def n_increments(log):
