@@ -53,14 +53,26 @@ contains
 
   !> Rotate strain increments from the middle of their step to its end, by half of its spin W:
   !! D + (W D - D W)/2, which is exact to second order in the step. Without it the stress misses a
-  !! part of first order wherever rotation and strain go together.
-  pure subroutine turn_to_end(n, spin, strain)
+  !! part of first order wherever rotation and strain go together. Rows in which a point turns far,
+  !! as in static steps, are turned by `turn_far`.
+  pure subroutine turn_to_end(n, spin, strain, volume)
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23
     real(wp), intent(inout) :: strain(n, 6)     !! 11 22 33 12 13 23, shear doubled
-    real(wp) :: w1, w2, w3, t1, t2, t3, t4, t5, t6, p1, p2, p3, p4, p5, p6
+    real(wp), intent(inout) :: volume(n)        !! of the points, at the middle
+    real(wp), parameter :: far = 1.0e-3_wp      ! 1/1000 of a radian: what is left out is 2.5e-7
+    real(wp) :: w1, w2, w3, t1, t2, t3, t4, t5, t6, p1, p2, p3, p4, p5, p6, largest
     integer :: l
 
+    largest = 0.0_wp
+    !$omp simd reduction(max: largest)
+    do l = 1, n
+      largest = max(largest, spin(l, 1)**2 + spin(l, 2)**2 + spin(l, 3)**2)
+    end do
+    if (largest > far**2) then
+      call turn_far(n, spin, strain, volume)
+      return
+    end if
     !$omp simd private(w1, w2, w3, t1, t2, t3, t4, t5, t6, p1, p2, p3, p4, p5, p6)
     do l = 1, n
       t1 = strain(l, 1); t2 = strain(l, 2); t3 = strain(l, 3)
@@ -81,6 +93,42 @@ contains
       strain(l, 6) = strain(l, 6) + p6
     end do
   end subroutine turn_to_end
+
+  !> The same for rotations of any size. The middle between a shape and the shape turned by an angle
+  !! a is smaller, by cos(a/2) across the axis; so strains found there are too large, and volumes
+  !! too small. For F = R (I + e) the gradient 2 (F - I)(F + I)^-1 is W + (I + W/2) e (I + W/2)^T up to
+  !! the square of e, and R e R^T is wanted: Q D Q^T with Q = (I - W/2)^-1.
+  pure subroutine turn_far(n, spin, strain, volume)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: spin(n, 3)
+    real(wp), intent(inout) :: strain(n, 6), volume(n)
+    real(wp) :: a1, a2, a3, s, q11, q12, q13, q21, q22, q23, q31, q32, q33
+    real(wp) :: d1, d2, d3, d4, d5, d6, r11, r12, r13, r21, r22, r23, r31, r32, r33
+    integer :: l
+
+    !$omp simd private(a1, a2, a3, s, q11, q12, q13, q21, q22, q23, q31, q32, q33, d1, d2, d3, d4, &
+    !$omp d5, d6, r11, r12, r13, r21, r22, r23, r31, r32, r33)
+    do l = 1, n
+      ! W/2 x = a x x, and Q = (I + W/2 + a a^T)/(1 + a.a).
+      a1 = -0.5_wp*spin(l, 3); a2 = 0.5_wp*spin(l, 2); a3 = -0.5_wp*spin(l, 1)
+      s = 1.0_wp/(1.0_wp + (a1*a1 + a2*a2 + a3*a3))
+      volume(l) = volume(l)/s
+      q11 = s*(1.0_wp + a1*a1); q12 = s*(a1*a2 - a3); q13 = s*(a1*a3 + a2)
+      q21 = s*(a1*a2 + a3); q22 = s*(1.0_wp + a2*a2); q23 = s*(a2*a3 - a1)
+      q31 = s*(a1*a3 - a2); q32 = s*(a2*a3 + a1); q33 = s*(1.0_wp + a3*a3)
+      d1 = strain(l, 1); d2 = strain(l, 2); d3 = strain(l, 3)
+      d4 = 0.5_wp*strain(l, 4); d5 = 0.5_wp*strain(l, 5); d6 = 0.5_wp*strain(l, 6)
+      r11 = q11*d1 + q12*d4 + q13*d5; r12 = q11*d4 + q12*d2 + q13*d6; r13 = q11*d5 + q12*d6 + q13*d3
+      r21 = q21*d1 + q22*d4 + q23*d5; r22 = q21*d4 + q22*d2 + q23*d6; r23 = q21*d5 + q22*d6 + q23*d3
+      r31 = q31*d1 + q32*d4 + q33*d5; r32 = q31*d4 + q32*d2 + q33*d6; r33 = q31*d5 + q32*d6 + q33*d3
+      strain(l, 1) = r11*q11 + r12*q12 + r13*q13
+      strain(l, 2) = r21*q21 + r22*q22 + r23*q23
+      strain(l, 3) = r31*q31 + r32*q32 + r33*q33
+      strain(l, 4) = 2.0_wp*(r11*q21 + r12*q22 + r13*q23)
+      strain(l, 5) = 2.0_wp*(r11*q31 + r12*q32 + r13*q33)
+      strain(l, 6) = 2.0_wp*(r21*q31 + r22*q32 + r23*q33)
+    end do
+  end subroutine turn_far
 
   !> Q T Q^T of symmetric tensors with their shear as it is, not doubled.
   pure subroutine rotate_tensors(n, rotation, tensor)

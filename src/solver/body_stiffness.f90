@@ -2,9 +2,9 @@
 !! routines, so that it fits every kind of element, rule and law. Bits do not depend on the number
 !! of threads.
 !!
-!! Plain elements and shells give the stiffness of each element by displacements of its own control
-!! points, some 3 (p + 1)^2 n3 evaluations with each sign, for eight elements side by side. Of other
-!! kinds all forces of a part are found at once: a force depends on control points that share an
+!! Most kinds of elements give the stiffness of each element by displacements of its own control
+!! points, some 3 (p + 1)^2 n3 evaluations with each sign, for eight elements side by side. Of strips
+!! and of coupled projections all forces of a part are found at once: a force depends on control points that share an
 !! element with its own, control points further apart along some axis move in one evaluation, and
 !! each force belongs to one of them. So a matrix takes some 3 (2p + 1)^2 n3 evaluations with each
 !! sign, however many elements there are.

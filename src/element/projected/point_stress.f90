@@ -101,13 +101,14 @@ contains
   pure subroutine start_rows(q, is_rotating, spin, volume, dstrain, stress, sums)
     integer, intent(in) :: q(2)                      !! points of a row, rows
     logical, intent(in) :: is_rotating               !! of the law
-    real(wp), intent(in) :: spin(8*q(1), 3, q(2)), volume(8*q(1), q(2))
-    real(wp), intent(inout) :: dstrain(8*q(1), 6, q(2)), stress(8*q(1), 6, q(2)), sums(8, 4)
+    real(wp), intent(in) :: spin(8*q(1), 3, q(2))
+    real(wp), intent(inout) :: volume(8*q(1), q(2)), dstrain(8*q(1), 6, q(2))
+    real(wp), intent(inout) :: stress(8*q(1), 6, q(2)), sums(8, 4)
     integer :: row
 
     do row = 1, q(2)
       if (.not. is_rotating) then
-        call turn_to_end(8*q(1), spin(:, :, row), dstrain(:, :, row))
+        call turn_to_end(8*q(1), spin(:, :, row), dstrain(:, :, row), volume(:, row))
         call rotate_by_spin(8*q(1), spin(:, :, row), stress(:, :, row))
       end if
       call add_work(q(1), stress(:, :, row), dstrain(:, :, row), volume(:, row), sums)
