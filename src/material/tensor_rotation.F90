@@ -96,8 +96,8 @@ contains
 
   !> The same for rotations of any size. The middle between a shape and the shape turned by an angle
   !! a is smaller, by cos(a/2) across the axis; so strains found there are too large, and volumes
-  !! too small. For F = R (I + e) the gradient 2 (F - I)(F + I)^-1 is W + (I + W/2) e (I + W/2)^T up to
-  !! the square of e, and R e R^T is wanted: Q D Q^T with Q = (I - W/2)^-1.
+  !! too small. For F = R (I + e) the gradient 2 (F - I)(F + I)^-1 is W + (I + W/2) e (I + W/2)^T
+  !! up to the square of e, and R e R^T is wanted: Q D Q^T with Q = (I - W/2)^-1.
   pure subroutine turn_far(n, spin, strain, volume)
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)

@@ -3,11 +3,11 @@
 !! of threads.
 !!
 !! Most kinds of elements give the stiffness of each element by displacements of its own control
-!! points, some 3 (p + 1)^2 n3 evaluations with each sign, for eight elements side by side. Of strips
-!! and of coupled projections all forces of a part are found at once: a force depends on control points that share an
-!! element with its own, control points further apart along some axis move in one evaluation, and
-!! each force belongs to one of them. So a matrix takes some 3 (2p + 1)^2 n3 evaluations with each
-!! sign, however many elements there are.
+!! points, some 3 (p + 1)^2 n3 evaluations with each sign, for eight elements side by side. Of
+!! strips and of coupled projections all forces of a part are found at once: a force depends on
+!! control points that share an element with its own, control points further apart along some axis
+!! move in one evaluation, and each force belongs to one of them. So a matrix takes some 3 (2p +
+!! 1)^2 n3 evaluations with each sign, however many elements there are.
 module body_stiffness
   use kinds, only: wp
   use failure, only: error_t

@@ -2,9 +2,9 @@
 
 A strip that an end moment rolls up closes the circle at M = 2 pi E I/L. The pinched hemisphere is
 compared with the table of Sze, Liu and Lo. A strip that is bent until it yields and then turned as
-a whole has the same springback, turned. One that stays elastic comes back straight from a deflection of 0.4 of
-its length in two increments. Where the tangent is that of the state, two iterations of
-Newton's method reduce the residual by orders of magnitude.
+a whole has the same springback, turned. One that stays elastic comes back straight from a
+deflection of 0.4 of its length in two increments. Where the tangent is that of the state, an
+iteration of Newton's method reduces the residual by orders of magnitude.
 """
 import os
 import subprocess
