@@ -240,7 +240,8 @@ contains
     associate (first => tokens%first(tokens%n), last => tokens%last(tokens%n))
       first = at
       tokens%is_text(tokens%n) = .false.
-      if (n_digits > 0) tokens%is_text(tokens%n) = index(text(at + n_digits:), "H") == 1
+      if (n_digits > 0 .and. at + n_digits <= len(text)) &
+        tokens%is_text(tokens%n) = text(at + n_digits:at + n_digits) == "H"
       if (.not. tokens%is_text(tokens%n)) then
         length = scan(text(at:), delimiters) - 1
         if (length < 0) length = len(text) - at + 1

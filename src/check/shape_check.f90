@@ -33,6 +33,13 @@ module shape_check
 
   real(wp), parameter :: along = 0.3_wp       !! cosine of a way to the edge that it runs along
 
+  !> A surface of a tool as a tool of its own, made when a point is near it.
+  type :: piece_t
+    real(wp) :: box(3, 2) = 0.0_wp            !! around its control points
+    type(tool_t) :: tool
+    logical :: is_made = .false.
+  end type piece_t
+
 contains
 
   !> Warn of folds, gaps and overlaps of a tool.
@@ -54,8 +61,7 @@ contains
                        "a surface without folds; an offset must stay below the smallest radius")
       exit
     end do
-    ! Edges of trimmed surfaces were matched piece by piece; the log tells how wide their gaps are.
-    if (size(tool%surfaces) == 1 .or. tool%is_trimmed) return
+    if (size(tool%surfaces) == 1) return
     call find_misfits(tool, thickness, gap, overlap)
     if (gap%size > 0.0_wp) call add_warning(errors, origin, "a gap of "// &
       rounded_text(gap%size)//" between two surfaces of the tool '"//tool%name//"' at "// &
@@ -101,58 +107,65 @@ contains
   end subroutine find_fold
 
   !> The widest gap and the widest overlap between surfaces of a tool, up to a sheet thickness: what
-  !! is farther apart is meant to be.
+  !! is farther apart is meant to be. Edges that meet others are neither.
   subroutine find_misfits(tool, thickness, gap, overlap)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: thickness         !! [length]
     type(misfit_t), intent(out) :: gap, overlap
-    type(tool_t) :: pieces(size(tool%surfaces))
+    type(piece_t), allocatable :: pieces(:)
     type(tool_point_t), allocatable :: border(:)
-    type(error_t), allocatable :: error
-    integer :: a, i
+    integer :: i, d
 
-    do a = 1, size(pieces)
-      call new_tool(pieces(a), tool%name, tool%surfaces(a:a), tool%side, &
-                    tool%search_distance, error)
-      if (allocated(error)) return
+    allocate (pieces(size(tool%surfaces)))
+    do i = 1, size(pieces)
+      associate (points => tool%surfaces(i)%points)
+        do d = 1, 3
+          pieces(i)%box(d, :) = [minval(points(:, :, d)), maxval(points(:, :, d))]
+        end do
+      end associate
     end do
-    do a = 1, size(pieces)
-      border = border_points(pieces(a))
-      do i = 1, size(border)
-        call compare(pieces, a, border(i), thickness, gap, overlap)
-      end do
+    border = border_points(tool)
+    do i = 1, size(border)
+      call compare(tool, pieces, border(i), thickness, gap, overlap)
     end do
   end subroutine find_misfits
 
-  !> A point of an edge of surface a against all other surfaces.
-  subroutine compare(pieces, a, point, thickness, gap, overlap)
-    type(tool_t), intent(in) :: pieces(:)
-    integer, intent(in) :: a
+  !> A point of an edge against all surfaces but its own.
+  subroutine compare(tool, pieces, point, thickness, gap, overlap)
+    type(tool_t), intent(in) :: tool
+    type(piece_t), intent(inout) :: pieces(:)
     type(tool_point_t), intent(in) :: point
     real(wp), intent(in) :: thickness
     type(misfit_t), intent(inout) :: gap, overlap
     type(hit_t) :: hit, nearest
+    type(error_t), allocatable :: error
     real(wp) :: width
     integer :: b, neighbour
 
     neighbour = 0
     do b = 1, size(pieces)
-      if (a == b .or. any(point%x < pieces(b)%box(:, 1) - thickness) .or. &
-          any(point%x > pieces(b)%box(:, 2) + thickness)) cycle
-      call search_all_faces(pieces(b), point%x, hit)
-      if (hit%distance > thickness) cycle
-      if (hit%distance < nearest%distance) then
-        nearest = hit
-        neighbour = b
-      end if
-      if (is_beside(pieces(b), hit, 0.0_wp) .or. &
-          abs(dot_product(hit%normal, point%normal)) < aligned) cycle
-      width = width_around(pieces(b), point, sewn*thickness)
-      if (width > overlap%size) overlap = misfit_t(width, point%x, [a, b])
+      associate (piece => pieces(b))
+        if (point%surface == b .or. any(point%x < piece%box(:, 1) - thickness) .or. &
+            any(point%x > piece%box(:, 2) + thickness)) cycle
+        if (.not. piece%is_made) call new_tool(piece%tool, tool%name, tool%surfaces(b:b), &
+                                               tool%side, tool%search_distance, error)
+        if (allocated(error)) return
+        piece%is_made = .true.
+        call search_all_faces(piece%tool, point%x, hit)
+        if (hit%distance > thickness) cycle
+        if (hit%distance < nearest%distance) then
+          nearest = hit
+          neighbour = b
+        end if
+        if (is_beside(piece%tool, hit, 0.0_wp) .or. &
+            abs(dot_product(hit%normal, point%normal)) < aligned) cycle
+        width = width_around(piece%tool, point, sewn*thickness)
+        if (width > overlap%size) overlap = misfit_t(width, point%x, [point%surface, b])
+      end associate
     end do
     if (neighbour == 0 .or. nearest%distance <= max(gap%size, sewn*thickness)) return
-    if (is_across(pieces(neighbour), nearest, point)) &
-      gap = misfit_t(nearest%distance, point%x, [a, neighbour])
+    if (is_across(pieces(neighbour)%tool, nearest, point)) &
+      gap = misfit_t(nearest%distance, point%x, [point%surface, neighbour])
   end subroutine compare
 
   !> How far a surface goes on from a point of an edge that lies on it: the least of inwards and
@@ -169,8 +182,8 @@ contains
                                     length_along(surface, point%x, -edge, step))
   end function width_around
 
-  !> Does the way to what is nearest run across the edge? Along it lies a corner that is no
-  !! neighbour.
+  !> Does the way to what is nearest run across the edge, and not back? Along it lies a corner that
+  !! is no neighbour, and inwards what the edge of a neighbour runs to.
   pure logical function is_across(surface, hit, point)
     type(tool_t), intent(in) :: surface
     type(hit_t), intent(in) :: hit
@@ -179,7 +192,7 @@ contains
 
     way = face_position(surface%coefficients, hit%face, hit%at) - point%x
     is_across = abs(dot_product(way, cross(point%normal, point%outward))) &
-                < along*hit%distance
+                < along*hit%distance .and. dot_product(way, point%outward) > -along*hit%distance
   end function is_across
 
 end module shape_check

@@ -18,6 +18,7 @@ module tool_points
     real(wp) :: x(3) = 0.0_wp
     real(wp) :: normal(3) = 0.0_wp            !! unit, towards the sheet
     real(wp) :: outward(3) = 0.0_wp           !! unit, along the tool and out of it, at an edge
+    integer :: surface = 0                    !! of the tool
   end type tool_point_t
 
   integer, parameter :: most_points = 400     !! inside, and as many at edges
@@ -155,12 +156,12 @@ contains
     real(wp) :: x(3), tangent(3), second(3), at(2)
     integer :: every, e, n, i
 
-    n = count(tool%edges%first_link == 0)
+    n = count(tool%edges%first_link == 0 .and. .not. tool%edges%is_short)
     every = max(1, (per_edge*n + most_points - 1)/most_points)
     allocate (points(0))
     n = 0
     do e = 1, size(tool%edges)
-      if (tool%edges(e)%first_link /= 0) cycle
+      if (tool%edges(e)%first_link /= 0 .or. tool%edges(e)%is_short) cycle
       n = n + 1
       if (mod(n, every) /= 0) cycle
       do i = 1, per_edge
@@ -193,6 +194,7 @@ contains
 
     call face_derivatives(tool%coefficients, face, at, point%x, d1, d2)
     point%normal = tool%side*unit_normal(d1)
+    point%surface = tool%surface_of(face)
   end function point_of
 
   !> A point of an edge across which coordinate `d` ends; no direction where the edge has shrunk.
@@ -205,6 +207,7 @@ contains
 
     call face_derivatives(tool%coefficients, face, at, point%x, d1, d2)
     point%normal = tool%side*unit_normal(d1)
+    point%surface = tool%surface_of(face)
     along = d1(:, 3 - d)
     if (.not. norm2(along) > 0.0_wp) return
     along = along/norm2(along)

@@ -139,7 +139,8 @@ contains
         n_parts = (n_parts + 1)/2
       end do
     end associate
-    n_parts = max(n_parts, parts_along(surface, length))
+    ! `with_small_cells` has cut trimmed surfaces.
+    if (.not. allocated(surface%loops)) n_parts = max(n_parts, parts_along(surface, length))
   end function parts_of
 
   !> As many as show curves of varying weight well.
