@@ -41,8 +41,10 @@ module static_step
   real(wp), parameter :: short = 1.0e-6_wp         !! of the increment: no time for laws to relax
   real(wp), parameter :: too_much = 2.0_wp         !! of the residuals before and after the first
                                                    !! iteration: later ones diverge
-  real(wp), parameter :: too_little = 0.5_wp       !! of a residual that stretching made: the second
-                                                   !! iteration has to do more
+  real(wp), parameter :: stretching = 3.0_wp       !! growth of the residual in the first iteration
+                                                   !! by which a part is stretched that turns
+  real(wp), parameter :: too_little = 0.5_wp       !! of such a residual: the second iteration has
+                                                   !! to do more
   ! Factors are kept while the residual falls to this part in an iteration and is that near the
   ! limit, and factors that were kept as long as so many iterations more would do.
   real(wp), parameter :: enough = 0.05_wp, near = 1.0e4_wp, few = 3.0_wp
@@ -248,7 +250,8 @@ contains
     is_stale = .true.
     do while (n_iterations == 0 .or. equations%norm > limit*equations%largest .or. &
               is_hovering(equations))
-      is_stretched = n_iterations == 1 .and. early(1) > early(0) .and. .not. equations%is_careful
+      is_stretched = n_iterations == 1 .and. early(1) > stretching*early(0) .and. &
+                     .not. equations%is_careful
       if (.not. equations%norm < huge(before)) words = "elements turn over or their law fails"
       if (are_diverging(equations, n_iterations, early)) words = "the iterations diverge"
       if (n_iterations - n_free == most .or. n_free == most_free) &
@@ -286,7 +289,7 @@ contains
     if (equations%is_careful) return
     are_diverging = equations%norm > too_much*max(early(0), early(1))
     if (n_iterations == 2) are_diverging = are_diverging .or. &
-      (early(1) > early(0) .and. early(2) > too_little*early(1))
+      (early(1) > stretching*early(0) .and. early(2) > too_little*early(1))
   end function are_diverging
 
   !> Do the factors serve for one more iteration? New ones cost as much as many iterations.
