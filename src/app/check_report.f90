@@ -156,6 +156,14 @@ contains
         end if
       end do
     end do
+    if (allocated(scene%outlines)) then
+      do t = 1, size(scene%outlines)
+        do i = 1, size(scene%outlines(t)%notes)
+          call append_text(lines, trim(merge("outline", "trim   ", scene%outlines(t)%step == 0))// &
+                           " "//scene%outlines(t)%name//" from "//scene%outlines(t)%notes(i)%value)
+        end do
+      end do
+    end if
     do t = 1, size(scene%tools)
       if (.not. any(abs(scene%tools(t)%placing) > 0.0_wp)) cycle
       call append_text(lines, placing_line(scene, model, t))

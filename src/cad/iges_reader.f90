@@ -9,10 +9,9 @@ module iges_reader
   use text, only: string_t, to_text, rounded_text, place_text, append_text, joined, counted
   use nurbs_surface, only: nurbs_surface_t
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
-  use iges_global, only: unit_in_mm
   use iges_directory, only: type_name
   use iges_model, only: iges_model_t, read_iges_model
-  use iges_selection, only: iges_request_t, select_entries, skipped_lines
+  use iges_selection, only: iges_request_t, select_entries, skipped_lines, length_factor
   use iges_trims, only: read_trimmed
   implicit none
   private
@@ -94,14 +93,6 @@ contains
       if (n_bad == most_errors) return
     end do
   end subroutine read_taken
-
-  !> Length in the deck over length in the file.
-  pure real(wp) function length_factor(model, request)
-    type(iges_model_t), intent(in) :: model
-    type(iges_request_t), intent(in) :: request
-
-    length_factor = unit_in_mm(model%global%unit)/unit_in_mm(request%unit)/model%global%scale
-  end function length_factor
 
   !> How far edges that meet may be apart: what the file itself counts as nothing, but at least a
   !! millionth and at most a thousandth of the tool.

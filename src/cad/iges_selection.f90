@@ -1,13 +1,15 @@
 !> Which entities of an IGES file become surfaces of a tool, and why the others do not.
 module iges_selection
+  use kinds, only: wp
   use input_errors, only: origin_t, add_error, add_warning
   use text, only: string_t, to_text, nearest_name, squeezed, upper_case, counted
   use iges_directory, only: entry_t, entry_name, type_name
+  use iges_global, only: unit_in_mm
   use iges_model, only: iges_model_t, entry_origin, reject_entity
   implicit none
   private
 
-  public :: iges_request_t, select_entries, skipped_lines
+  public :: iges_request_t, select_entries, skipped_lines, length_factor
 
   !> What a deck asks for.
   type :: iges_request_t
@@ -51,6 +53,14 @@ contains
     end if
     call refuse_bounded(model, reason)
   end subroutine select_entries
+
+  !> Length in the deck over length in the file.
+  pure real(wp) function length_factor(model, request)
+    type(iges_model_t), intent(in) :: model
+    type(iges_request_t), intent(in) :: request
+
+    length_factor = unit_in_mm(model%global%unit)/unit_in_mm(request%unit)/model%global%scale
+  end function length_factor
 
   !> Lines such as `skipped 12 x type 110 (line): no surface`, one for each type and reason.
   function skipped_lines(model, reason) result(lines)

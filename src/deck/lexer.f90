@@ -39,6 +39,8 @@ module lexer
   integer, parameter :: most_options = 1000         !! of a keyword
   integer, parameter :: longest_name = 255          !! of what a deck gives a name to
 
+  !> Keywords whose INPUT is geometry, not lines of a deck.
+  character(*), parameter :: of_geometry(3) = [character(13) :: "TOOL", "BLANK OUTLINE", "TRIM"]
   character(*), parameter :: letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
   !> One `NAME=value` of a keyword line, or a lone `NAME`.
@@ -498,7 +500,7 @@ contains
     if (block%keyword == "INCLUDE") then
       call read_file(more, origin, .false., deck, state, errors)
       state%is_in_parameters = .false.
-    else if (block%keyword /= "TOOL") then   ! whose file is geometry, not lines of a deck
+    else if (.not. any(block%keyword == of_geometry)) then
       call read_file(more, origin, .true., deck, state, errors)
     end if
   end subroutine read_keyword_line

@@ -6,9 +6,7 @@ module tool_keywords
   use input_errors, only: error_list_t, add_error
   use text, only: string_t, upper_case, squeezed, read_integer, to_text, rounded_text, place_text
   use name_table, only: place_of
-  use checksum, only: file_checksum
-  use text_file, only: path_beside, read_whole_file
-  use iges_global, only: unit_in_mm
+  use text_file, only: path_beside
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface, evaluate_surface
   use primitives, only: plane_surface, cylinder_surface, sphere_surface, extruded_surface
@@ -18,6 +16,7 @@ module tool_keywords
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, field_real, &
                           is_option_given, record_t, field_integer, deck_context_t, patch_parts_t, &
                           resolve_option, deck_names_t, resolve, field_vector
+  use cad_source, only: add_source, is_for_converter, deck_unit, entries_of
   use patch_keywords, only: check_parts, read_axes, read_points, refine
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use surface_trim, only: trim_t, new_trim, is_inside, place_in_spans
@@ -169,18 +168,6 @@ contains
     end do
   end subroutine check_type_options
 
-  !> A file that is no text of the deck counts to it all the same: by its checksum.
-  subroutine add_source(scene, file)
-    type(scene_t), intent(inout) :: scene
-    type(string_t), intent(in) :: file
-    type(string_t) :: sum
-
-    sum%value = file_checksum(file%value)
-    scene%files = [scene%files, file]
-    scene%sums = [scene%sums, sum]
-    scene%text = scene%text//"** file "//file%value//", checksum "//sum%value//new_line("a")
-  end subroutine add_source
-
   subroutine read_surface(deck, record, parts, surface, is_complete, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
@@ -293,37 +280,6 @@ contains
     path = request%path
   end subroutine read_cad_tool
 
-  !> Is a file, by its first bytes, STEP (ISO 10303-21) or BREP of OpenCASCADE?
-  logical function is_for_converter(path)
-    character(*), intent(in) :: path
-    integer, parameter :: n_bytes = 256
-    character(:), allocatable :: head
-    logical :: is_there
-
-    call read_whole_file(path, head, is_there, n_bytes)
-    is_for_converter = index(head, "ISO-10303-21") > 0 .or. index(head, "CASCADE Topology") > 0 &
-                       .or. index(head, "DBRep_DrawableShape") == 1
-  end function is_for_converter
-
-  !> The unit of LENGTH, else that of *UNITS, else millimetres.
-  function deck_unit(record, units) result(unit)
-    type(record_t), intent(in) :: record
-    character(*), intent(in) :: units
-    character(:), allocatable :: unit
-    type(string_t), allocatable :: named(:)
-    integer :: i
-
-    unit = option_text(record, "LENGTH")
-    if (unit /= "") return
-    unit = "MM"
-    named = entries_of(units)
-    do i = 1, size(named)
-      if (.not. unit_in_mm(named(i)%value) > 0.0_wp) cycle
-      unit = upper_case(named(i)%value)
-      return
-    end do
-  end function deck_unit
-
   subroutine read_numbers(record, numbers, errors)
     type(record_t), intent(in) :: record
     integer, allocatable, intent(out) :: numbers(:)
@@ -341,23 +297,6 @@ contains
                                           "` in ENTITY", "directory numbers such as ""5,9""")
     end do
   end subroutine read_numbers
-
-  !> The entries of a list that commas separate; empty ones are left out.
-  pure function entries_of(list) result(entries)
-    character(*), intent(in) :: list
-    type(string_t), allocatable :: entries(:)
-    type(string_t) :: entry
-    integer :: first, length
-
-    allocate (entries(0))
-    first = 1
-    do while (first <= len(list))
-      length = index(list(first:)//",", ",") - 1
-      entry%value = squeezed(list(first:first + length - 1))
-      if (entry%value /= "") entries = [entries, entry]
-      first = first + length + 1
-    end do
-  end function entries_of
 
   !> Surfaces, side and notes of a tool; all others that are no offsets have been read. Without
   !! surfaces on an error.

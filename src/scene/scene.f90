@@ -76,6 +76,7 @@ module scene
     logical :: is_outside = .false.         !! what lies outside of them stays
     !> Corners by the two other coordinates: y z, z x or x y [length].
     type(polygon_t), allocatable :: polygons(:)
+    type(string_t), allocatable :: notes(:)   !! lines for the log
   end type outline_spec_t
 
   !> A value against time, linear between the rows and constant outside.

@@ -1,0 +1,78 @@
+!> What keywords share that take geometry from files of other programs: the unit of its lengths, and
+!! how such files count to the deck.
+module cad_source
+  use kinds, only: wp
+  use text, only: string_t, squeezed, upper_case
+  use checksum, only: file_checksum
+  use text_file, only: read_whole_file
+  use iges_global, only: unit_in_mm
+  use scene, only: scene_t
+  use deck_records, only: record_t, option_text
+  implicit none
+  private
+
+  public :: add_source, is_for_converter, deck_unit, entries_of
+
+contains
+
+  !> A file that is no text of the deck counts to it all the same: by its checksum.
+  subroutine add_source(scene, file)
+    type(scene_t), intent(inout) :: scene
+    type(string_t), intent(in) :: file
+    type(string_t) :: sum
+
+    sum%value = file_checksum(file%value)
+    scene%files = [scene%files, file]
+    scene%sums = [scene%sums, sum]
+    scene%text = scene%text//"** file "//file%value//", checksum "//sum%value//new_line("a")
+  end subroutine add_source
+
+  !> Is a file, by its first bytes, STEP (ISO 10303-21) or BREP of OpenCASCADE?
+  logical function is_for_converter(path)
+    character(*), intent(in) :: path
+    integer, parameter :: n_bytes = 256
+    character(:), allocatable :: head
+    logical :: is_there
+
+    call read_whole_file(path, head, is_there, n_bytes)
+    is_for_converter = index(head, "ISO-10303-21") > 0 .or. index(head, "CASCADE Topology") > 0 &
+                       .or. index(head, "DBRep_DrawableShape") == 1
+  end function is_for_converter
+
+  !> The unit of LENGTH, else that of *UNITS, else millimetres.
+  function deck_unit(record, units) result(unit)
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: units
+    character(:), allocatable :: unit
+    type(string_t), allocatable :: named(:)
+    integer :: i
+
+    unit = option_text(record, "LENGTH")
+    if (unit /= "") return
+    unit = "MM"
+    named = entries_of(units)
+    do i = 1, size(named)
+      if (.not. unit_in_mm(named(i)%value) > 0.0_wp) cycle
+      unit = upper_case(named(i)%value)
+      return
+    end do
+  end function deck_unit
+
+  !> The entries of a list that commas separate; empty ones are left out.
+  pure function entries_of(list) result(entries)
+    character(*), intent(in) :: list
+    type(string_t), allocatable :: entries(:)
+    type(string_t) :: entry
+    integer :: first, length
+
+    allocate (entries(0))
+    first = 1
+    do while (first <= len(list))
+      length = index(list(first:)//",", ",") - 1
+      entry%value = squeezed(list(first:first + length - 1))
+      if (entry%value /= "") entries = [entries, entry]
+      first = first + length + 1
+    end do
+  end function entries_of
+
+end module cad_source

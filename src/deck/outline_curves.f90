@@ -1,0 +1,170 @@
+!> Closed curves of *BLANK OUTLINE and *TRIM as polygons: corners of lines, arcs and splines.
+module outline_curves
+  use kinds, only: wp
+  use failure, only: error_t
+  use input_errors, only: origin_t, error_list_t, add_error
+  use text, only: place_text
+  use outline, only: add_polygon, signed_area, find_crossing
+  use point_spline, only: spline_corners
+  use scene, only: outline_spec_t
+  implicit none
+  private
+
+  public :: end_curve, add_corner, add_arc, arc_through, add_spline, check_curves
+
+  !> Angle between the corners of an arc: they lie off it by less than 1e-8 of its radius.
+  real(wp), parameter :: smallest_turn = 2.5e-4_wp
+  !> How far corners may lie off a spline, of its extent.
+  real(wp), parameter :: off_spline = 1.0e-8_wp
+  real(wp), parameter :: one = 1.0e-9_wp      ! of the extent, a distance that is none
+  real(wp), parameter :: pi = acos(-1.0_wp)
+
+  !> Corners of a curve under way.
+  type, public :: corners_t
+    integer :: n = 0
+    real(wp), allocatable :: at(:, :)         !! with room for more, shape (2, any)
+  end type corners_t
+
+contains
+
+  !> Close a curve, which may end where it began, and add it to the outline.
+  subroutine end_curve(origin, curve, outline, errors)
+    type(origin_t), intent(in) :: origin                !! of its last line
+    type(corners_t), intent(inout) :: curve             !! empty afterwards
+    type(outline_spec_t), intent(inout) :: outline
+    type(error_list_t), intent(inout) :: errors
+    real(wp), allocatable :: corners(:, :)
+    real(wp) :: extent
+
+    if (curve%n == 0) return
+    associate (at => curve%at(:, :curve%n))
+      extent = maxval(maxval(at, 2) - minval(at, 2))
+      if (norm2(at(:, curve%n) - at(:, 1)) <= one*extent) curve%n = curve%n - 1
+    end associate
+    corners = curve%at(:, :curve%n)
+    curve%n = 0
+    if (.not. abs(signed_area(corners)) > one*extent**2) then
+      call add_error(errors, origin, "a curve without area, which ends on this line", &
+                     "at least three corners that enclose an area")
+      return
+    end if
+    call add_polygon(outline%polygons, corners)
+  end subroutine end_curve
+
+  !> Refuse curves that are there twice, and such that cross.
+  subroutine check_curves(origin, outline, errors)
+    type(origin_t), intent(in) :: origin                !! of the keyword
+    type(outline_spec_t), intent(in) :: outline
+    type(error_list_t), intent(inout) :: errors
+    logical :: is_crossing
+    real(wp) :: place(2)
+
+    if (size(outline%polygons) == 0) return
+    call refuse_twins(origin, outline, errors)
+    call find_crossing(outline%polygons, is_crossing, place)
+    if (is_crossing) call add_error(errors, origin, "curves that cross at "// &
+                                    place_text([place, 0.0_wp]), "curves that do not cross")
+  end subroutine check_curves
+
+  !> The same curve twice is one within the other nowhere.
+  subroutine refuse_twins(origin, outline, errors)
+    type(origin_t), intent(in) :: origin
+    type(outline_spec_t), intent(in) :: outline
+    type(error_list_t), intent(inout) :: errors
+    integer :: p, q
+
+    do p = 2, size(outline%polygons)
+      do q = 1, p - 1
+        associate (a => outline%polygons(p)%corners, b => outline%polygons(q)%corners)
+          if (size(a) /= size(b)) cycle
+          if (any(abs(a - b) > 0.0_wp)) cycle
+          call add_error(errors, origin, "the same curve twice, at "// &
+                         place_text([a(:, 1), 0.0_wp]), "it once")
+        end associate
+      end do
+    end do
+  end subroutine refuse_twins
+
+  !> Add a corner that is not the last one again.
+  subroutine add_corner(x, curve)
+    real(wp), intent(in) :: x(2)
+    type(corners_t), intent(inout) :: curve
+    real(wp), allocatable :: grown(:, :)
+
+    if (.not. allocated(curve%at)) allocate (curve%at(2, 64))
+    if (curve%n == size(curve%at, 2)) then
+      allocate (grown(2, 2*curve%n))
+      grown(:, :curve%n) = curve%at
+      call move_alloc(grown, curve%at)
+    end if
+    if (curve%n > 0) then
+      if (all(abs(x - curve%at(:, curve%n)) <= 0.0_wp)) return
+    end if
+    curve%n = curve%n + 1
+    curve%at(:, curve%n) = x
+  end subroutine add_corner
+
+  !> An arc from the last corner through a point to its end; a straight line if they are in one.
+  subroutine arc_through(middle, last, curve)
+    real(wp), intent(in) :: middle(2), last(2)
+    type(corners_t), intent(inout) :: curve
+    real(wp) :: a(2), b(2), first(2), centre(2), cross, angles(3), turn
+
+    first = curve%at(:, curve%n)
+    a = middle - first
+    b = last - first
+    cross = a(1)*b(2) - a(2)*b(1)
+    if (abs(cross) <= 1.0e-12_wp*sum(b**2)) then
+      call add_corner(last, curve)
+      return
+    end if
+    centre = first + [b(2)*sum(a**2) - a(2)*sum(b**2), a(1)*sum(b**2) - b(1)*sum(a**2)] &
+                     /(2.0_wp*cross)
+    angles = [atan2(first(2) - centre(2), first(1) - centre(1)), &
+              atan2(middle(2) - centre(2), middle(1) - centre(1)), &
+              atan2(last(2) - centre(2), last(1) - centre(1))]
+    ! Counter-clockwise where the three points turn so.
+    turn = modulo(angles(3) - angles(1), 2.0_wp*pi)
+    if (modulo(angles(2) - angles(1), 2.0_wp*pi) > turn) turn = turn - 2.0_wp*pi
+    call add_arc(centre, norm2(first - centre), angles(1), turn, curve)
+    curve%at(:, curve%n) = last
+  end subroutine arc_through
+
+  !> A spline from the last corner through points. One that is a whole curve is closed and smooth
+  !! all around; it may end where it began.
+  subroutine add_spline(points, is_whole, curve, error)
+    real(wp), intent(in) :: points(:, :)                !! after the last corner, shape (2, n)
+    logical, intent(in) :: is_whole                     !! the last corner is its begin
+    type(corners_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: knots(:, :), corners(:, :)
+    real(wp) :: extent
+    integer :: n, i
+
+    knots = reshape([curve%at(:, curve%n), points], [2, size(points, 2) + 1])
+    n = size(knots, 2)
+    extent = maxval(maxval(knots, 2) - minval(knots, 2))
+    if (is_whole .and. norm2(knots(:, n) - knots(:, 1)) <= one*extent) n = n - 1
+    call spline_corners(knots(:, :n), is_whole, off_spline*extent, corners, error)
+    if (allocated(error)) return
+    do i = 2, size(corners, 2)
+      call add_corner(corners(:, i), curve)
+    end do
+  end subroutine add_spline
+
+  !> Corners of an arc; the first one only where the curve has none yet.
+  subroutine add_arc(centre, radius, start, turn, curve)
+    real(wp), intent(in) :: centre(2), radius, start, turn      !! angles [rad]
+    type(corners_t), intent(inout) :: curve
+    integer :: n, i, first
+
+    n = max(2, ceiling(abs(turn)/smallest_turn))
+    first = merge(0, 1, curve%n == 0)
+    do i = first, n
+      associate (angle => start + turn*i/n)
+        call add_corner(centre + radius*[cos(angle), sin(angle)], curve)
+      end associate
+    end do
+  end subroutine add_arc
+
+end module outline_curves

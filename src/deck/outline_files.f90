@@ -1,0 +1,191 @@
+!> Curves of *BLANK OUTLINE and *TRIM from files: closed polygons of a table (CSV), and curves of an
+!! IGES file.
+module outline_files
+  use kinds, only: wp
+  use failure, only: error_t
+  use input_errors, only: error_list_t, new_origin, add_error
+  use text, only: string_t, read_real, lower_case, to_text, counted
+  use text_file, only: path_beside, read_plain_source, next_line
+  use outline, only: polygon_t, add_polygon
+  use iges_curves, only: read_iges_loops
+  use iges_selection, only: iges_request_t
+  use scene, only: scene_t, outline_spec_t
+  use deck_records, only: record_t, option_text, is_option_given
+  use cad_source, only: add_source, is_for_converter, deck_unit
+  use outline_curves, only: corners_t, end_curve, add_corner
+  implicit none
+  private
+
+  public :: read_outline_file
+
+contains
+
+  !> Add the curves of the file that INPUT names, if any.
+  subroutine read_outline_file(record, scene, outline, errors)
+    type(record_t), intent(in) :: record
+    type(scene_t), intent(inout) :: scene
+    type(outline_spec_t), intent(inout) :: outline
+    type(error_list_t), intent(inout) :: errors
+    type(string_t) :: file
+    logical :: is_there
+
+    if (.not. is_option_given(record, "INPUT")) then
+      if (is_option_given(record, "LENGTH")) call add_error(errors, record%origin, &
+        "the option LENGTH without an IGES file", "this option with INPUT=file.igs only")
+      return
+    end if
+    file%value = path_beside(record%origin%file, option_text(record, "INPUT"))
+    inquire (file=file%value, exist=is_there)
+    if (.not. is_there) then
+      call add_error(errors, record%origin, "no file `"//file%value//"`", &
+                     "the path of a CSV or IGES file, as the deck's folder sees it")
+      return
+    end if
+    select case (ending_of(file%value))
+    case ("csv", "txt")
+      if (is_option_given(record, "LENGTH")) call add_error(errors, record%origin, &
+        "the option LENGTH for a table, whose lengths are those of the deck", &
+        "this option with INPUT=file.igs only")
+      call read_table(file%value, record%origin%keyword, outline, errors)
+    case ("igs", "iges")
+      call read_curves(file%value, record, scene%units, outline, errors)
+    case default
+      call refuse_kind(file%value, record, errors)
+      return
+    end select
+    call add_source(scene, file)
+  end subroutine read_outline_file
+
+  pure function ending_of(path) result(ending)
+    character(*), intent(in) :: path
+    character(:), allocatable :: ending
+
+    ending = lower_case(path(index(path, ".", back=.true.) + 1:))
+  end function ending_of
+
+  subroutine refuse_kind(path, record, errors)
+    character(*), intent(in) :: path
+    type(record_t), intent(in) :: record
+    type(error_list_t), intent(inout) :: errors
+
+    if (ending_of(path) == "dxf") then
+      call add_error(errors, record%origin, "`"//path//"`, a DXF drawing", "the file that "// &
+                     "`python -m post cad "//path//" --out NAME.igs` makes of it")
+    else if (is_for_converter(path)) then
+      call add_error(errors, record%origin, "`"//path//"`, a STEP or BREP file", &
+                     "an IGES file of its curves: save it from the CAD system")
+    else
+      call add_error(errors, record%origin, "`"//path//"`, a file of an unknown kind", &
+                     "a file whose name ends with .csv or .igs")
+    end if
+  end subroutine refuse_kind
+
+  !> The curves of an IGES file.
+  subroutine read_curves(path, record, units, outline, errors)
+    character(*), intent(in) :: path
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: units                     !! what *UNITS says
+    type(outline_spec_t), intent(inout) :: outline
+    type(error_list_t), intent(inout) :: errors
+    type(iges_request_t) :: request
+    type(polygon_t), allocatable :: loops(:)
+    type(corners_t) :: curve
+    integer :: p
+
+    request%path = path
+    request%origin = record%origin
+    request%unit = deck_unit(record, units)
+    call read_iges_loops(request, plane_of(outline%axis), loops, outline%notes, errors)
+    do p = 1, size(loops)
+      curve%at = loops(p)%corners
+      curve%n = size(curve%at, 2)
+      call end_curve(new_origin(path, 0, record%origin%keyword), curve, outline, errors)
+    end do
+  end subroutine read_curves
+
+  !> The two coordinates across an axis, in cyclic order.
+  pure function plane_of(axis) result(plane)
+    integer, intent(in) :: axis
+    integer :: plane(2)
+
+    plane = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1]
+  end function plane_of
+
+  !> A table of corners, one a line; empty lines separate the curves. Two columns are the
+  !! coordinates as data lines have them, three are x, y and z. A first line of column names and
+  !! comments, which begin with #, $ or **, do not count.
+  subroutine read_table(path, keyword, outline, errors)
+    character(*), intent(in) :: path, keyword
+    type(outline_spec_t), intent(inout) :: outline
+    type(error_list_t), intent(inout) :: errors
+    integer, parameter :: most_errors = 10
+    type(error_t), allocatable :: error
+    type(corners_t) :: curve
+    type(string_t) :: note
+    character(:), allocatable :: contents, line
+    real(wp) :: x(3)
+    integer :: place, number, n_columns, n_before, n_corners, n_bad
+
+    call read_plain_source(path, contents, error)
+    if (allocated(error)) then
+      call add_error(errors, new_origin(path, 0, keyword), error%message, "a table of corners")
+      return
+    end if
+    n_before = size(outline%polygons)
+    place = 1
+    number = 0
+    n_corners = 0
+    n_bad = 0
+    do while (place <= len(contents) .and. n_bad < most_errors)
+      call next_line(contents, place, line)
+      number = number + 1
+      line = trim(adjustl(line))
+      if (line == "") call end_curve(new_origin(path, number, keyword), curve, outline, errors)
+      if (line == "" .or. scan(line, "#$") == 1 .or. index(line, "**") == 1) cycle
+      call read_numbers(line, x, n_columns)
+      if (n_columns == 2 .or. n_columns == 3) then
+        if (n_columns == 3) x(:2) = x(plane_of(outline%axis))
+        call add_corner(x(:2), curve)
+        n_corners = n_corners + 1
+      else if (n_corners > 0 .or. n_bad > 0 .or. scan(line, "0123456789") == 1) then
+        n_bad = n_bad + 1
+        call add_error(errors, new_origin(path, number, keyword), "`"//line//"`", "two "// &
+                       "coordinates as on data lines, or x, y and z, with commas between them")
+      end if
+    end do
+    call end_curve(new_origin(path, number, keyword), curve, outline, errors)
+    if (n_corners == 0 .and. n_bad == 0) call add_error(errors, new_origin(path, number, keyword), &
+      "no corner in the table", "two coordinates a line")
+    note%value = path//": "//counted(size(outline%polygons) - n_before, "closed curve")//" of "// &
+                 counted(n_corners, "corner")
+    outline%notes = [outline%notes, note]
+  end subroutine read_table
+
+  !> Up to three numbers of a line, which commas or blanks separate.
+  subroutine read_numbers(line, x, n)
+    character(*), intent(in) :: line
+    real(wp), intent(out) :: x(3)
+    integer, intent(out) :: n                             !! of columns; 0: no such numbers
+    integer :: first, length
+    logical :: is_number
+
+    x = 0.0_wp
+    n = 0
+    first = 1
+    do while (first <= len(line))
+      if (index(line, ",") > 0) then
+        length = index(line(first:)//",", ",") - 1
+      else
+        first = first + verify(line(first:), " ") - 1
+        length = index(line(first:)//" ", " ") - 1
+      end if
+      n = n + 1
+      if (n > 3) exit
+      call read_real(trim(adjustl(line(first:first + length - 1))), x(n), is_number)
+      if (.not. is_number .or. .not. abs(x(n)) < 1.0e50_wp) exit
+      first = first + length + 1
+    end do
+    if (n > 3 .or. first <= len(line)) n = 0
+  end subroutine read_numbers
+
+end module outline_files
