@@ -12,6 +12,9 @@ from post.results import ResultsError
 
 MARK = "NURBS surfaces as rational B-spline surfaces (entity 128)."
 TRIMMED_MARK = "Trimmed NURBS surfaces (entity 144) in space and in parameters."
+OUTLINE_MARK = "Curves of an outline: lines, arcs and splines (entities 110, 100, 126)."
+# How files begin that may be replaced; the last one is that of tables of corners.
+MARKS = (MARK, TRIMMED_MARK, OUTLINE_MARK, "# Outline of igaform")
 N_COLUMNS, N_VALUE_COLUMNS = 72, 64
 # Units by their flag (IGES 5.3, section 2.2.4.3.14).
 UNITS = {"IN": 1, "INCH": 1, "MM": 2, "FT": 4, "MI": 5, "M": 6, "KM": 7, "MIL": 8, "UM": 9,
@@ -75,12 +78,12 @@ def why_left_alone(path):
             kind = {stat.S_IFDIR: "folder", stat.S_IFIFO: "pipe"}.get(stat.S_IFMT(mode), "device")
             return f"there is a {kind} of this name"
         with open(path, "r+b") as file:
-            start = file.read(max(len(MARK), len(TRIMMED_MARK)))
+            start = file.read(max(map(len, MARKS)))
     except FileNotFoundError:
         return ""
     except OSError as fault:
         return f"the file of this name cannot be opened ({fault.strerror})"
-    if not start or start.startswith((MARK.encode(), TRIMMED_MARK.encode())):
+    if not start or start.startswith(tuple(mark.encode() for mark in MARKS)):
         return ""
     return "there is a file of this name that is no IGES file of igaform"
 

@@ -1,11 +1,11 @@
 """`python -m post cad FILE`: STEP, IGES or BREP of a CAD system as the trimmed surfaces that the
-solver reads; a table and a picture of the faces; a choice of them."""
+solver reads; a table and a picture of the faces; a choice of them. DXF drawings as outlines."""
 import multiprocessing
 import os
 import re
 import sys
 
-from post.cad import occ
+from post.cad import drawing, occ
 from post.cad.choice import add_choice_arguments
 from post.cad.kinds import kind_of
 from post.iges_file import UNITS, why_left_alone
@@ -18,10 +18,13 @@ MILLIMETRES = {"MM": 1.0, "CM": 10.0, "M": 1e3, "KM": 1e6, "UM": 1e-3, "IN": 25.
 
 
 def add_arguments(command):
-    command.add_argument("file", metavar="FILE", help="STEP (AP203, AP214, AP242), IGES or BREP")
+    command.add_argument("file", metavar="FILE",
+                         help="STEP (AP203, AP214, AP242), IGES or BREP; or a DXF drawing, whose "
+                              "closed curves become an outline")
     command.add_argument("-o", "--out", default="", metavar="IGS",
                          help="the file to write (default, without --list and --picture: FILE "
-                              "without its ending, -tool.igs, here)")
+                              "without its ending, -tool.igs, here; of a drawing -outline.igs, "
+                              "or NAME.csv for a table)")
     command.add_argument("--list", action="store_true",
                          help="a table of the faces: number, kind, area, smallest radius of "
                               "curvature, corners of the box, colour, layer, name")
@@ -44,6 +47,8 @@ def add_arguments(command):
 def run(arguments):
     """Nothing is written before all that was asked for is there."""
     check(arguments)
+    if drawing.is_drawing(arguments.file):
+        return drawing.run(arguments, MILLIMETRES[arguments.unit])
     occ.require()
     return in_child(arguments)
 
@@ -58,6 +63,10 @@ def check(arguments):
         value = getattr(arguments, name)
         if value is not None and not 0 < value < float("inf"):
             faults.append(f"option --{name} needs a length above 0, not {value:g}")
+    is_drawing = drawing.is_drawing(arguments.file)
+    if is_drawing:
+        arguments.out = arguments.out or drawing.default_path(arguments.file)
+        faults += drawing.faults_of(arguments)
     if not arguments.out and not arguments.list and not arguments.picture:
         base = re.sub(r"(?<=.)\.[A-Za-z0-9]+$", "", os.path.basename(arguments.file))
         arguments.out = f"{base}-tool.igs"
@@ -76,7 +85,8 @@ def check(arguments):
         except ResultsError as fault:
             faults.append(str(fault))
     try:
-        kind_of(arguments.file)
+        if not is_drawing:
+            kind_of(arguments.file)
         if arguments.out and os.path.exists(arguments.out) \
                 and os.path.samefile(arguments.out, arguments.file):
             faults.append(f"'{arguments.out}' is the file to read")

@@ -71,5 +71,6 @@ def curve_text(curve):
     is_polynomial = int(np.ptp(curve.weights) == 0)
     heads = [126, n - 1, curve.degree, is_flat, is_closed, is_polynomial, 0]
     normal = [0.0, 0.0, float(is_flat)]
-    return values_text(heads, np.concatenate([curve.knots, curve.weights, points.ravel(),
-                                              curve.knots[[0, -1]], normal]))
+    ends = curve.knots[[curve.degree, -curve.degree - 1]]
+    return values_text(heads, np.concatenate([curve.knots, curve.weights, points.ravel(), ends,
+                                              normal]))
