@@ -147,6 +147,7 @@ contains
     is_on = .true.
     do p = 1, size(bead%points)
       associate (point => bead%points(p))
+        if (.not. point%measure > 0.0_wp) cycle     ! outside of an outline
         i = point%first + shape(point%basis) - 1
         place = [(sum(point%basis*face%points(point%first(1):i(1), point%first(2):i(2), c)), &
                   c=1, 3)]

@@ -9,7 +9,7 @@ module face_quadrature
   implicit none
   private
 
-  public :: face_rule_t, new_face_rule, add_face_forces
+  public :: middle_in, face_rule_t, new_face_rule, add_face_forces
 
   integer, parameter :: parallel_size = 200    !! fewer elements are not worth waking threads for
 

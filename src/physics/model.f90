@@ -6,6 +6,7 @@ module model
   use scene, only: step_spec_t, output_spec_t, later_step_t, probe_spec_t
   use blank, only: assembly_t
   use blank_trim, only: trim_t
+  use outline_watch, only: watched_t
   use rigid_motion, only: rigid_motion_t, start_motion
   use body_parts, only: share_external_forces
   use effect, only: effect_t, effect_slot_t, instant_t, add_effect, apply_effects, sort_effects
@@ -24,6 +25,7 @@ module model
     type(effect_slot_t), allocatable :: later_forces(:), later_supports(:)   !! not begun
     type(effect_slot_t), allocatable :: retired(:)      !! of earlier steps, for the balances
     type(trim_t), allocatable :: trims(:)               !! cuts of the blank, by step
+    type(watched_t), allocatable :: watched(:)          !! what these may leave nothing of
     type(probe_spec_t), allocatable :: probes(:)
     integer :: i_step = 1                               !! step of the deck under way
     real(wp), allocatable :: step_starts(:)             !! times at which steps began, up to it

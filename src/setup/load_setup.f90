@@ -67,7 +67,9 @@ contains
     if (has_element) return
     associate (name => scene%sets(spec%set)%name)
       if (has_face) then
-        call add_error(errors, spec%origin, "set '"//name//"', which contains no element", &
+        call add_error(errors, spec%origin, "set '"//name//"', which contains no element"// &
+                       trim(merge(" that the outline leaves", "                        ", &
+                                  allocated(model%bodies%blank%parts(1)%element%ties%share))), &
                        "a set that contains the middle of an element of its face")
       else
         call add_error(errors, spec%origin, "set '"//name//"', which is not on a face", &

@@ -9,7 +9,7 @@ module model_setup
   use scene, only: face_of_set, scene_t, blank_spec_t, patch_spec_t, probe_spec_t, &
                    motion_spec_t, material_spec_t
   use linear_algebra, only: cross
-  use knot_vector, only: n_spans, breaks
+  use knot_vector, only: n_spans
   use patch_seams, only: column_mask_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
@@ -32,6 +32,7 @@ module model_setup
   use model, only: hold_back_forces, model_t, increment_limit
   use load_setup, only: add_load
   use bead_setup, only: add_bead
+  use watch_setup, only: list_watched, warn_of_gone, element_at
   use contact_setup, only: add_contact
   implicit none
   private
@@ -239,7 +240,7 @@ contains
     type(error_t), allocatable :: error
     integer :: i
 
-    allocate (model%trims(0))
+    allocate (model%trims(0), model%watched(0))
     if (.not. allocated(scene%outlines)) return
     if (size(scene%outlines) == 0) return
     deallocate (model%trims)
@@ -270,6 +271,8 @@ contains
       end associate
     end do
     call check_probes(model%bodies%blank%parts(1)%element, model%probes, errors)
+    call list_watched(scene, model%bodies%blank, model%watched)
+    call warn_of_gone(model%bodies%blank, model%watched, errors)
   end subroutine set_outline
 
   !> Refuse history points in elements that are not there.
@@ -277,16 +280,12 @@ contains
     class(element_t), intent(in) :: element
     type(probe_spec_t), intent(in) :: probes(:)
     type(error_list_t), intent(inout) :: errors
-    integer :: i, a, at(3)
+    integer :: i
 
-    at = 1
     do i = 1, size(probes)
-      do a = 1, 2
-        at(a) = min(max(count(breaks(element%grid%axes(a)) <= probes(i)%xi(a)), 1), &
-                    element%n_elements(a))
-      end do
-      if (element%is_outside(at)) call add_error(errors, probes(i)%origin, "the history point "// &
-        probes(i)%name//" outside of the outline", "a point of the sheet that is there")
+      if (element%is_outside(element_at(element, probes(i)%xi))) &
+        call add_error(errors, probes(i)%origin, "the history point "//probes(i)%name// &
+                       " outside of the outline", "a point of the sheet that is there")
     end do
   end subroutine check_probes
 

@@ -7,6 +7,7 @@ module forming_run
   use stable_step, only: largest_frequency, viscous_step
   use blank, only: mass_of
   use blank_trim, only: cut_blank, trim_pairs
+  use outline_watch, only: is_gone
   use loads, only: trim_loads
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
@@ -171,6 +172,7 @@ contains
       if (.not. part > nothing) call append_text(notes, "warning: *TRIM, NAME="// &
         model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
     end do
+    call tell_gone(model, notes)
     call trim_pairs(model%bodies%blank, model%forces)
     call trim_pairs(model%bodies%blank, model%later_forces)
     call trim_loads(model%bodies%blank, model%forces)
@@ -184,6 +186,24 @@ contains
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
   end subroutine make_cuts
+
+  !> What still counts in a step, and of which its trims leave nothing.
+  subroutine tell_gone(model, notes)
+    type(model_t), intent(inout) :: model
+    type(string_t), allocatable, intent(inout) :: notes(:)
+    integer :: i
+
+    do i = 1, size(model%watched)
+      associate (watched => model%watched(i))
+        if (watched%is_told .or. watched%last_step < model%i_step) cycle
+        if (.not. is_gone(watched, model%bodies%blank%parts(1)%element)) cycle
+        watched%is_told = .true.
+        call append_text(notes, "warning: "//watched%origin%file//":"// &
+                         to_text(watched%origin%line)//": "//watched%origin%keyword//": "// &
+                         watched%what//", of which *TRIM leaves nothing")
+      end associate
+    end do
+  end subroutine tell_gone
 
   !> The stable increment of a sheet that was trimmed, where it is less than before: contact springs
   !! are made for that one.

@@ -1,8 +1,9 @@
 !> Rigid motions of a body that its supports leave, and the fewest components of control points that
-!! hold them.
+!! hold them. A trim may leave several pieces, each with rigid motions of its own.
 module rigid_supports
   use kinds, only: wp
-  use element, only: part_t
+  use knot_vector, only: span_table
+  use element, only: part_t, element_t
   use vibration, only: fixed_t
   implicit none
   private
@@ -25,19 +26,37 @@ contains
     type(part_t), intent(in) :: parts(:)
     type(fixed_t), intent(inout) :: fixed(:)
     integer, intent(out), optional :: n_added
-    type(taken_t) :: taken
-    real(wp) :: centre(3), length, rest(6), largest
-    integer :: p, i, best(2), n
+    integer, allocatable :: piece(:, :)
+    real(wp) :: centre(3), length
+    integer :: k, n
 
     call find_extent(parts, centre, length)
+    call find_pieces(parts(1)%element, piece)
     n = 0
+    do k = 1, max(1, maxval(piece))
+      call hold_piece(parts, piece, k, centre, length, fixed, n)
+    end do
+    if (present(n_added)) n_added = n
+  end subroutine hold_rigid_motions
+
+  !> The same of one piece.
+  subroutine hold_piece(parts, piece, k, centre, length, fixed, n_added)
+    type(part_t), intent(in) :: parts(:)
+    integer, intent(in) :: piece(:, :), k            !! of the control points; the one to hold
+    real(wp), intent(in) :: centre(3), length        !! of the body
+    type(fixed_t), intent(inout) :: fixed(:)
+    integer, intent(inout) :: n_added
+    type(taken_t) :: taken
+    real(wp) :: rest(6), largest
+    integer :: p, i, best(2)
+
     call take_supports()
     do while (taken%n < 6)
       largest = 0.0_wp
       best = 0
       do p = 1, size(parts)
         do i = 1, size(fixed(p)%is_fixed)
-          if (.not. (is_leader(fixed(p), i) .and. is_free(parts(p), i))) cycle
+          if (.not. (is_leader(fixed(p), i) .and. is_in_piece(parts(p), i, piece, k))) cycle
           rest = remainder(taken, rigid_row(parts(p), i, centre, length))
           if (norm2(rest) <= largest*(1.0_wp + 1.0e-9_wp)) cycle
           largest = norm2(rest)
@@ -47,9 +66,8 @@ contains
       if (largest <= least) exit   ! all on one line
       call hold(best(2), shape(fixed(best(1))%is_fixed), fixed(best(1))%is_fixed)
       call take(taken, rigid_row(parts(best(1)), best(2), centre, length))
-      n = n + 1
+      n_added = n_added + 1
     end do
-    if (present(n_added)) n_added = n
 
   contains
 
@@ -60,7 +78,7 @@ contains
         held = reshape(fixed(p)%is_fixed, [size(fixed(p)%is_fixed)])
         do i = 1, size(held)
           if (taken%n == 6) return
-          if (.not. is_free(parts(p), i)) cycle
+          if (.not. is_in_piece(parts(p), i, piece, k)) cycle
           if (held(i)) call take(taken, rigid_row(parts(p), i, centre, length))
           if (is_leader(fixed(p), i)) cycle
           call take(taken, rigid_row(parts(p), i, centre, length) &
@@ -68,7 +86,51 @@ contains
         end do
       end do
     end subroutine take_supports
-  end subroutine hold_rigid_motions
+  end subroutine hold_piece
+
+  !> Number of the piece of a trimmed sheet that each control point moves with, 0 for those without
+  !! motion of their own. Elements belong together that share a control point.
+  pure subroutine find_pieces(element, piece)
+    class(element_t), intent(in) :: element
+    integer, allocatable, intent(out) :: piece(:, :)     !! without an outline of shape (0, 0)
+    integer, allocatable :: of(:, :)                     ! elements
+    integer, allocatable :: spans1(:), spans2(:)
+    integer :: queue(2, product(element%n_elements(:2))), i, j, n, done, last, low(2), high(2)
+
+    if (.not. allocated(element%ties%is_free)) then
+      allocate (piece(0, 0))
+      return
+    end if
+    associate (share => element%ties%share, axes => element%grid%axes)
+      spans1 = span_table(axes(1))
+      spans2 = span_table(axes(2))
+      allocate (of(size(share, 1), size(share, 2)), source=0)
+      n = 0
+      do j = 1, size(share, 2)
+        do i = 1, size(share, 1)
+          if (share(i, j) <= 0.0_wp .or. of(i, j) > 0) cycle
+          n = n + 1
+          of(i, j) = n
+          queue(:, 1) = [i, j]
+          done = 0
+          last = 1
+          do while (done < last)
+            done = done + 1
+            call add_neighbours(share, axes%degree, queue(:, done), n, of, queue, last)
+          end do
+        end do
+      end do
+      allocate (piece(size(element%ties%is_free, 1), size(element%ties%is_free, 2)), source=0)
+      do j = 1, size(share, 2)
+        do i = 1, size(share, 1)
+          low = [spans1(i), spans2(j)] - axes(:2)%degree
+          high = low + axes(:2)%degree
+          if (of(i, j) > 0) piece(low(1):high(1), low(2):high(2)) = of(i, j)
+        end do
+      end do
+      where (.not. element%ties%is_free) piece = 0
+    end associate
+  end subroutine find_pieces
 
   pure logical function is_leader(fixed, i)
     type(fixed_t), intent(in) :: fixed
@@ -78,20 +140,36 @@ contains
     if (allocated(fixed%leader)) is_leader = fixed%leader(i) == i
   end function is_leader
 
-  !> Does a control point move for itself? At the edge of an outline some follow others.
-  pure logical function is_free(part, place)
+  !> Elements not met yet that share a control point with one.
+  pure subroutine add_neighbours(share, degrees, at, number, of, queue, last)
+    real(wp), intent(in) :: share(:, :)
+    integer, intent(in) :: degrees(3), at(2), number
+    integer, intent(inout) :: of(:, :), queue(:, :), last
+    integer :: i, j
+
+    do j = max(1, at(2) - degrees(2)), min(size(share, 2), at(2) + degrees(2))
+      do i = max(1, at(1) - degrees(1)), min(size(share, 1), at(1) + degrees(1))
+        if (share(i, j) <= 0.0_wp .or. of(i, j) > 0) cycle
+        of(i, j) = number
+        last = last + 1
+        queue(:, last) = [i, j]
+      end do
+    end do
+  end subroutine add_neighbours
+
+  !> Does a control point move with a piece? At the edge of an outline some follow others.
+  pure logical function is_in_piece(part, place, piece, k)
     type(part_t), intent(in) :: part
     integer, intent(in) :: place                   !! of a component in the field as one list
+    integer, intent(in) :: piece(:, :), k
     integer :: n(3), layer
 
-    is_free = .true.
-    associate (ties => part%element%ties)
-      if (.not. allocated(ties%is_free)) return
-      n = shape(part%element%mass)
-      layer = mod(place - 1, n(1)*n(2))
-      is_free = ties%is_free(mod(layer, n(1)) + 1, layer/n(1) + 1)
-    end associate
-  end function is_free
+    is_in_piece = size(piece) == 0
+    if (is_in_piece) return
+    n = shape(part%element%mass)
+    layer = mod(place - 1, n(1)*n(2))
+    is_in_piece = piece(mod(layer, n(1)) + 1, layer/n(1) + 1) == k
+  end function is_in_piece
 
   pure subroutine hold(place, n, is_fixed)
     integer, intent(in) :: place, n(4)

@@ -7,6 +7,8 @@ that falls with the square of the elements. Loads act on what is inside. A chain
 trimming, springback and a second cut keeps its balances, and has the same bits for any number of
 threads and when it is taken up again.
 """
+import os
+
 import numpy as np
 from static_runs import same_bits
 from suite import Case
@@ -70,6 +72,21 @@ def loads(case):
                    value, 1e-5)
 
 
+def pieces(case):
+    """Two disks that a trim leaves, released by a static step: no stress stays, and the log names
+    what the trim takes away from the rest of the deck."""
+    run = case.run("trim_pieces")
+    before = YOUNG * 2.7e-2 / 60                    # of the mean strain, at least
+    case.deviation("stress that stays in two pieces, over that before",
+                   np.nanmax(run.fields["mises"]) / before, 0.02)
+    with open(os.path.join(case.out, "outline_trim_pieces.log"), encoding="utf-8") as file:
+        log = file.read()
+    case.between("components held, 6 for each piece", log.count("static     12 components"), 1, 1)
+    for words in ("*BOUNDARY: the set X_MIN", "*PRESSURE: the set end",
+                  "*HISTORY POINT: the history point edge"):
+        case.between(f"told: {words}", log.count(f"{words}, of which *TRIM leaves nothing"), 1, 1)
+
+
 def main():
     case = Case("Shells inside outlines", "uniform tension; frequencies of free disks")
     strips(case)
@@ -90,6 +107,7 @@ def main():
     has_begun = run.history["internal_energy"] > 1e-6       # before the roll comes all is round-off
     case.deviation("draw, trim, springback, hole: energy balance",
                    np.abs(run.history["energy_error"])[has_begun].max(), 1e-3)
+    pieces(case)
     same_bits(case, "trim_chain", 1, 3)
     same_bits(case, "trim_chain", 2, 3)                     # while it swings, after the second cut
     case.panel("element [mm]", "error of the frequency",
