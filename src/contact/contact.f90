@@ -732,11 +732,15 @@ contains
 
   !> Give the points the areas that an outline leaves them, and springs in proportion. A point
   !! without area touches nothing any more.
-  subroutine trim_contact(contact, area, lost)
+  subroutine trim_contact(contact, area, lost, mass, dt)
     type(contact_t), intent(inout) :: contact
     real(wp), intent(in) :: area(contact%secondary%n_points)      !! see `areas_inside`
     real(wp), intent(out) :: lost                 !! energy of springs that are gone [energy]
-    real(wp) :: ratio(size(area))
+    !> Of the control points afterwards and the largest step to come: no spring is stiffer than one
+    !! made for them.
+    real(wp), intent(in), optional :: mass(contact%secondary%n_net(1), contact%secondary%n_net(2))
+    real(wp), intent(in), optional :: dt          !! [time]
+    real(wp) :: ratio(size(area)), most(size(area))
     integer :: i
 
     associate (before => contact%secondary%area)
@@ -744,6 +748,10 @@ contains
       ratio = area/max(before, tiny(1.0_wp))
       before = area
     end associate
+    if (present(mass) .and. present(dt)) then
+      call stiffness_from_mass(contact%secondary, mass, contact%scale, dt, most)
+      where (contact%stiffness > 0.0_wp) ratio = min(ratio, most/contact%stiffness)
+    end if
     lost = 0.0_wp
     do i = 1, size(area)
       if (contact%stiffness(i) > 0.0_wp) &

@@ -57,15 +57,16 @@ contains
   end subroutine cut_blank
 
   !> Contact pairs follow the outline of the blank.
-  subroutine trim_pairs(blank, effects)
+  subroutine trim_pairs(blank, effects, dt)
     type(blank_t), intent(in) :: blank
     type(effect_slot_t), intent(inout), target :: effects(:)
+    real(wp), intent(in), optional :: dt          !! largest step to come, for springs [time]
     type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     pairs = contact_pairs(effects)
     do i = 1, size(pairs)
-      call trim_pair(pairs(i)%pair, blank%parts(pairs(i)%pair%part)%element)
+      call trim_pair(pairs(i)%pair, blank%parts(pairs(i)%pair%part)%element, dt)
     end do
   end subroutine trim_pairs
 

@@ -6,6 +6,7 @@ module contact_effect
   use blank, only: assembly_t
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
   use knot_vector, only: breaks
+  use nurbs_solid, only: face_axes
   use secondary_surface, only: secondary_surface_t, scatter_forces, areas_inside
   use tool, only: tool_t, to_tool_frame, torque_of
   use contact, only: contact_t, apply_contact, carry_contact, schedule_tests, trim_contact
@@ -14,7 +15,7 @@ module contact_effect
   implicit none
   private
 
-  public :: contact_pairs, net_of_pair, trim_pair, trim_surface
+  public :: contact_pairs, net_of_pair, trim_pair, trim_surface, face_mass
   public :: forget_depths, measure_depths, depth_of
 
   !> A contact pair.
@@ -90,21 +91,41 @@ contains
   end subroutine net_of_pair
 
   !> Leave out what lies outside of the blank's outline. What the springs of those points hold is
-  !! gone with them.
-  subroutine trim_pair(pair, body)
+  !! gone with them. Springs too stiff for the masses and the step afterwards become softer.
+  subroutine trim_pair(pair, body, dt)
     type(contact_effect_t), intent(inout) :: pair
     class(element_t), intent(in) :: body
+    real(wp), intent(in), optional :: dt      !! largest step to come; absent: as before [time]
     type(secondary_surface_t) :: trimmed
     real(wp) :: lost
 
     if (.not. allocated(body%regions)) return
     trimmed = pair%pair%secondary
     call trim_surface(trimmed, body)
-    call trim_contact(pair%pair, trimmed%area, lost)
+    if (present(dt)) then
+      call trim_contact(pair%pair, trimmed%area, lost, &
+                        face_mass(body, reshape([pair%lower, pair%upper], [3, 2]), pair%face), dt)
+    else
+      call trim_contact(pair%pair, trimmed%area, lost)
+    end if
     call trim_samples(pair%samples, pair%pair, body%regions)
     pair%energy = pair%energy - lost
     pair%external_work = pair%external_work - lost
   end subroutine trim_pair
+
+  !> Lumped mass of the control points that bear the forces of a face.
+  pure function face_mass(body, bounds, face) result(mass)
+    class(element_t), intent(in) :: body
+    integer, intent(in) :: bounds(3, 2), face         !! first and last of them; of the patch
+    real(wp), allocatable :: mass(:, :)
+    integer :: n(2)
+
+    n = body%grid%axes(face_axes(face))%n_basis
+    mass = reshape(body%mass(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
+                             bounds(3, 1):bounds(3, 2)), n)
+    ! Those outside an outline, or that follow others at its edge, limit no spring.
+    where (mass <= 0.0_wp) mass = maxval(mass)
+  end function face_mass
 
   !> Areas of the points of a face that the outline of the blank leaves.
   subroutine trim_surface(secondary, body)

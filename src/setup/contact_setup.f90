@@ -15,7 +15,7 @@ module contact_setup
   use element, only: element_t
   use blank, only: face_slice, blank_t
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs, net_of_pair, &
-                            trim_pair, trim_surface
+                            trim_pair, trim_surface, face_mass
   use face_penetration, only: new_depth_samples, find_deepest
   use contact_fields, only: new_contact_fields
   use surface_grid, only: element_size_of, lines
@@ -177,20 +177,6 @@ contains
     if (name == "KNOT") point_kind = points_knot
     if (name == "GREVILLE") point_kind = points_greville
   end function point_kind
-
-  !> Lumped mass of the control points that bear the forces of a face.
-  pure function face_mass(body, bounds, face) result(mass)
-    class(element_t), intent(in) :: body
-    integer, intent(in) :: bounds(3, 2), face
-    real(wp), allocatable :: mass(:, :)
-    integer :: n(2)
-
-    n = body%grid%axes(face_axes(face))%n_basis
-    mass = reshape(body%mass(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
-                             bounds(3, 1):bounds(3, 2)), n)
-    ! Those outside an outline, or that follow others at its edge, limit no spring.
-    where (mass <= 0.0_wp) mass = maxval(mass)
-  end function face_mass
 
   !> Of the two large faces the one that is nearer to the tool; 0 where the tool faces neither.
   integer function facing_face(spec, model) result(face)

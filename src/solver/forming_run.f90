@@ -14,7 +14,7 @@ module forming_run
   use contact_effect, only: forget_depths, measure_depths
   use effect, only: is_from_outside
   use prescribed_field, only: settle_fields
-  use model, only: model_t, begin_next_step, apply_forces
+  use model, only: model_t, begin_next_step, apply_forces, increment_limit
   use frames, only: results_t, write_frame
   use history, only: record_sample
   use run_log, only: run_log_t, log_line, log_progress, log_lines
@@ -173,8 +173,9 @@ contains
         model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
     end do
     call tell_gone(model, notes)
-    call trim_pairs(model%bodies%blank, model%forces)
-    call trim_pairs(model%bodies%blank, model%later_forces)
+    call limit_increment(model)
+    call trim_pairs(model%bodies%blank, model%forces, increment_limit(model))
+    call trim_pairs(model%bodies%blank, model%later_forces, increment_limit(model))
     call trim_loads(model%bodies%blank, model%forces)
     call trim_loads(model%bodies%blank, model%later_forces)
     call take_balances(model, run, after)
@@ -182,7 +183,6 @@ contains
     run%balance%momentum_at_start = run%balance%momentum_at_start + after%momentum - before%momentum
     run%balance%kinetic = after%kinetic
     run%balance%momentum = after%momentum
-    call limit_increment(model)
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
   end subroutine make_cuts
@@ -205,8 +205,8 @@ contains
     end do
   end subroutine tell_gone
 
-  !> The stable increment of a sheet that was trimmed, where it is less than before: contact springs
-  !! are made for that one.
+  !> The stable increment of a sheet that was trimmed, where it is less than before: a longer one
+  !! would make contact springs softer.
   subroutine limit_increment(model)
     type(model_t), intent(inout) :: model
     real(wp) :: omega, rate, stable
