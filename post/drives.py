@@ -100,8 +100,7 @@ def coarse_sheet(results):
 
 
 def coarse_tool(results, name):
-    corners_of_cells = results.tool_surfaces(0, 2)[results.tools.index(name)]
-    return Part(name, corners_of_cells[0], triangles_of(corners_of_cells[1]))
+    return Part(name, *results.tool_surfaces(0, 2)[results.tools.index(name)])
 
 
 def way_to_contact(tool, sheet, direction, thickness):

@@ -164,7 +164,7 @@ def colour_limits(results, frame, field, tool=None):
     values = np.concatenate([magnitude(patch.field(field, frame)).ravel()
                              for patch in results.patches])
     values = values[np.isfinite(values)]
-    low = 0.0 if field == "eqps" else float(values.min())
+    low = 0.0 if field in ("eqps", "edge_distance") else float(values.min())
     high = float(np.quantile(values, 0.98))
     if values.max() - low < 1.5 * (high - low) or high <= low:
         high = float(values.max())

@@ -137,20 +137,29 @@ class Results:
         return self.patches[0].sample(name, frame, xi, eta, zeta)
 
     def tool_surfaces(self, frame, n_parts, fields=None):
-        """For each tool a facetted surface (points, quadrilaterals), each cell cut into n_parts x
-        n_parts quadrilaterals. Fields at the display points become more columns of the points."""
+        """For each tool a facetted surface (points, triangles): each cell makes n_parts x n_parts
+        quadrilaterals of two triangles, and trimmed tools end at their trims. Fields at the display
+        points become more columns of the points."""
         group = self.file["VTKHDF"]
         parts, offsets = group["CellData/part"][:], group["Offsets"][:]
         connectivity = group["Connectivity"][:]
         points = self.point_data("Points", frame)
         if fields is not None:
             points = np.column_stack([points, fields])
+        has_edges = "edge_distance" in group["PointData"]
+        if has_edges:
+            points = np.column_stack([points, self.point_data("edge_distance", frame)])
         weights = self.point_data("RationalWeights", frame) if self.is_bezier else None
         surfaces = []
         for tool in range(1, len(self.tools) + 1):
             nodes = [connectivity[offsets[i]:offsets[i + 1]]
                      for i in np.flatnonzero(parts == tool)]
-            surfaces.append(cells.facets(points, weights, nodes, n_parts))
+            found, corners = cells.facets(points, weights, nodes, n_parts)
+            triangles = cells.triangles_of(corners)
+            if has_edges:
+                distance = np.nan_to_num(found[:, -1], nan=1.0)   # older files have NaN on tools
+                found, triangles = cells.clip(found[:, :-1], triangles, distance)
+            surfaces.append((found, triangles))
         return surfaces
 
     def tool_field(self, tool, name, frame, n_parts):
@@ -159,10 +168,10 @@ class Results:
             raise ResultsError(f"there is no tool '{tool}', but {', '.join(self.tools)}")
         values = self.point_data(name, frame).reshape(self.n_points, -1)
         place = self.tools.index(tool)
-        points, corners = self.tool_surfaces(frame, n_parts, values)[place]
+        points, triangles = self.tool_surfaces(frame, n_parts, values)[place]
         shown = points[:, 3:] if values.shape[1] == 1 else \
             np.linalg.norm(points[:, 3:], axis=1, keepdims=True)
-        return points[:, :3], corners, np.maximum(shown[:, 0], 0.0)
+        return points[:, :3], triangles, np.maximum(shown[:, 0], 0.0)
 
     def history(self, name):
         return self.file["history"][name][:]

@@ -31,8 +31,7 @@ class Scene:
     def __init__(self, results, frame, field, tool=None):
         self.lines, self.tools = [], []
         if tool:
-            points, corners, values = results.tool_field(tool, field, frame, TOOL_PARTS)
-            self.sheet = Part(tool, points, triangles_of(corners), values)
+            self.sheet = Part(tool, *results.tool_field(tool, field, frame, TOOL_PARTS))
             return
         self.sheet = sheet_skin(results, frame, field)
         self.middle = np.concatenate([middle_points(patch, frame) for patch in results.patches])
@@ -190,8 +189,8 @@ def tool_parts(results, frame):
     """The tools that act on the sheet in a frame."""
     present = results.tools_present(frame)
     n_parts = int(np.clip(np.sqrt(MOST_OF_TOOLS / max(results.n_tool_cells, 1)), 1, TOOL_PARTS))
-    return [Part(name, points, triangles_of(corners), colour=tool_colour(i))
-            for i, (name, (points, corners)) in
+    return [Part(name, points, triangles, colour=tool_colour(i))
+            for i, (name, (points, triangles)) in
             enumerate(zip(results.tools, results.tool_surfaces(frame, n_parts)))
             if name in present and len(points)]
 

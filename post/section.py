@@ -65,5 +65,5 @@ class Section:
     def tools(self, frame):
         """For each tool the segments (m, 2, 2) of its section."""
         origin = self._lines(frame, "Points")[1].mean(axis=0)
-        return [cells.cut(points, corners, origin, self.normal) @ self.axes.T
-                for points, corners in self.results.tool_surfaces(frame, N_TOOL_PARTS)]
+        return [cells.cut_triangles(points, triangles, origin, self.normal)[0] @ self.axes.T
+                for points, triangles in self.results.tool_surfaces(frame, N_TOOL_PARTS)]

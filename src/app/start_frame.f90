@@ -91,7 +91,8 @@ contains
     setup%is_surface = scene%output%is_surface
     setup%fields = output_fields(count([scene%output%has_pressure, scene%output%has_wear]), &
                                  scene%output%has_stress, scene%output%has_resultants, &
-                                 scene%output%is_surface, size(model%trims) > 0)
+                                 scene%output%is_surface, size(model%trims) > 0 .or. &
+                                 any(model%bodies%tools%is_trimmed))
     setup%width_ratio = model%width_ratio
     setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
                        /model%bodies%blank%mass_factor

@@ -24,7 +24,7 @@ contains
 
   !> Corners of a line along Bezier pieces that follow each other, from begin to end. It lies off
   !! them by less than a tolerance, as three points of each part show.
-  subroutine curve_corners(curves, tolerance, corners)
+  pure subroutine curve_corners(curves, tolerance, corners)
     type(trim_curve_t), intent(in) :: curves(:)
     real(wp), intent(in) :: tolerance                     !! [length]
     real(wp), allocatable, intent(out) :: corners(:, :)   !! shape (2, n)
@@ -51,7 +51,7 @@ contains
   end function is_straight
 
   !> The corners after the begin of a part.
-  recursive subroutine add_part(curve, from, to, n_halvings, tolerance, n, room)
+  pure recursive subroutine add_part(curve, from, to, n_halvings, tolerance, n, room)
     type(trim_curve_t), intent(in) :: curve
     real(wp), intent(in) :: from, to, tolerance
     integer, intent(in) :: n_halvings                     !! that are left

@@ -86,6 +86,7 @@ module display_fields
   type :: tools_view_t
     real(wp), allocatable :: points(:, :)    !! at the start, (n, 3)
     integer, allocatable :: tool_of_point(:)
+    real(wp), allocatable :: edge_distance(:)      !! how far inside of trims, see `tool_mesh`
     type(mesh_place_t), allocatable :: meshes(:)   !! of the tools' surfaces
   end type tools_view_t
 
@@ -137,7 +138,7 @@ contains
     logical, intent(in) :: has_stress   !! stress tensor
     logical, intent(in), optional :: has_resultants   !! of shells
     logical, intent(in), optional :: is_surface       !! the mid-surface of shells is shown
-    logical, intent(in), optional :: has_outline      !! of a sheet
+    logical, intent(in), optional :: has_outline      !! of a sheet, or a tool is trimmed
     type(field_entry_t), allocatable :: entries(:)
     integer :: n_layers
 
@@ -166,7 +167,8 @@ contains
     end if
     if (.not. present(has_outline)) return
     if (has_outline) call add_entry(entries, [display_field_t("edge_distance", "length", &
-      "distance inside the outline of the sheet, negative outside (NaN on tools)")], edge_on_patch)
+      "distance inside the outline of the sheet, or the trim of a tool, negative outside")], &
+      edge_on_patch, edge_on_tools)
   end function output_fields
 
   !> Thickness and what follows from both faces.
@@ -326,12 +328,23 @@ contains
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
+    integer :: c
+
     if (.not. allocated(frame%edge_distance)) then
-      values = huge(1.0_wp)
+      values = norm2([(maxval(view%solid%points(:, :, :, c)) &
+                       - minval(view%solid%points(:, :, :, c)), c=1, 3)])
       return
     end if
     values(:, 1) = [spread(frame%edge_distance, 3, view%grid%n(3))]
   end subroutine edge_on_patch
+
+  subroutine edge_on_tools(view, frame, values)
+    type(tools_view_t), intent(in) :: view
+    type(frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    values(:, 1) = view%edge_distance
+  end subroutine edge_on_tools
 
   subroutine velocity_on_patch(view, frame, values)
     type(patch_view_t), intent(in) :: view

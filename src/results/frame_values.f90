@@ -158,10 +158,12 @@ contains
     integer, intent(in) :: tools(size(meshes)), surfaces(size(meshes))
     type(cells_t), intent(inout) :: cells
     real(wp), allocatable, intent(inout) :: weights(:)
+    real(wp) :: whole
     integer :: m, j, n_blank
 
     n_blank = size(weights)
     allocate (display%tool_points%points(0, 3), display%tool_points%tool_of_point(0))
+    allocate (display%tool_points%edge_distance(0))
     allocate (display%tool_points%meshes(size(meshes)))
     do m = 1, size(meshes)
       associate (mesh => meshes(m), view => display%tool_points)
@@ -179,6 +181,12 @@ contains
         view%points = transpose(reshape( &
           [transpose(view%points), transpose(mesh%points)], [3, size(weights) - n_blank]))
         view%tool_of_point = [view%tool_of_point, (tools(m), j=1, size(mesh%weights))]
+        if (allocated(mesh%edge_distance)) then
+          view%edge_distance = [view%edge_distance, mesh%edge_distance]
+        else
+          whole = norm2(maxval(mesh%points, 1) - minval(mesh%points, 1))
+          view%edge_distance = [view%edge_distance, (whole, j=1, size(mesh%weights))]
+        end if
       end associate
     end do
   end subroutine place_tools

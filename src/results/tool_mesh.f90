@@ -2,7 +2,8 @@
 !!
 !! One exact cell per element, but Lagrange cells of an eighth of a right angle along directions in
 !! which the weights vary: a circle of degree 2 is then met within 1e-4 of its radius, on any number
-!! of elements. Trimmed surfaces are shown by small cells whose middle is within the trim.
+!! of elements. Trimmed surfaces are shown by small cells, with the distance from their border, by
+!! which those that it crosses can be cut.
 module tool_mesh
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -11,6 +12,8 @@ module tool_mesh
   use surface_grid, only: parts_along, turns_along
   use refinement, only: insert_knots, dividing_knots
   use surface_trim, only: trim_t, new_trim, is_inside, place_in_spans
+  use outline, only: polygon_t, region_t, inside_distance
+  use line_chains, only: curve_corners
   use failure, only: error_t
   use line_operator, only: apply_tensor, basis_operator, equal_positions, joined_bezier_operator, &
                            joined_positions, line_operator_t
@@ -23,6 +26,7 @@ module tool_mesh
   integer, parameter :: n_rational_parts = 8   !! Lagrange cells of a right angle
   real(wp), parameter :: even_weights = 2.1_wp   !! ratio of neighbours: arcs of up to 120 degrees
   integer, parameter :: trimmed_cells = 12     !! least along each direction of a trimmed surface
+  integer, parameter :: least_trimmed = 2      !! degree of cells of a trimmed surface
   integer, parameter :: most_cells = 50000     !! of a surface, unless its elements are more
 
   !> Cells of one surface.
@@ -31,6 +35,9 @@ module tool_mesh
     real(wp), allocatable :: weights(:)                 !! shape (n), one for Lagrange cells
     real(wp), allocatable :: xi(:), eta(:)              !! parameters of the points, xi fastest
     integer(int64), allocatable :: connectivity(:, :)   !! (nodes of a cell, cells), points from 0
+    !> Of a trimmed surface: how far inside the points are, negative outside; exact in cells that
+    !! the border crosses, as far as parameters are even [length].
+    real(wp), allocatable :: edge_distance(:)
   end type surface_mesh_t
 
 contains
@@ -46,7 +53,7 @@ contains
     integer :: degree, n_parts(2), d, i
 
     surface = with_small_cells(given, length)
-    degree = maxval(surface%axes%degree)
+    degree = degree_of(surface)
     n_parts = parts_of(surface, is_bezier, length)
     do d = 1, 2
       if (is_bezier) then
@@ -67,8 +74,16 @@ contains
     if (.not. is_bezier) mesh%weights = 1.0_wp
     mesh%connectivity = cells_on_grid(degree, n_parts*[n_spans(surface%axes(1)), &
                                                                 n_spans(surface%axes(2))], 0_int64)
-    if (allocated(given%loops)) call drop_cells(given, degree, mesh)
+    if (allocated(given%loops)) call trim_mesh(given, degree, mesh)
   end function new_surface_mesh
+
+  !> Degree of the cells; those of a trimmed surface follow the curvature of its border.
+  pure integer function degree_of(surface) result(degree)
+    type(nurbs_surface_t), intent(in) :: surface
+
+    degree = maxval(surface%axes%degree)
+    if (allocated(surface%loops)) degree = max(degree, least_trimmed)
+  end function degree_of
 
   !> A trimmed surface on more knots, for cells of half the length.
   pure function with_small_cells(surface, length) result(refined)
@@ -89,28 +104,86 @@ contains
     end do
   end function with_small_cells
 
-  !> Leave the cells out whose middle is beyond the trim.
-  pure subroutine drop_cells(surface, degree, mesh)
+  !> Leave out the cells beyond the trim, and find the distance from its border in those that this
+  !! crosses.
+  pure subroutine trim_mesh(surface, degree, mesh)
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: degree
     type(surface_mesh_t), intent(inout) :: mesh
     type(trim_t) :: trim
-    logical, allocatable :: is_shown(:)
-    real(wp) :: at(2)
+    logical, allocatable :: is_in(:, :), is_crossed(:, :), is_shown(:)
+    real(wp) :: scale(2), extent, at(2)
     integer :: i, j, k, n, span
 
     call new_trim(trim, surface%axes, surface%loops)
+    allocate (is_in(size(mesh%xi), size(mesh%eta)), is_shown(size(mesh%connectivity, 2)))
+    do j = 1, size(mesh%eta)
+      do i = 1, size(mesh%xi)
+        call place_in_spans(surface%axes, [mesh%xi(i), mesh%eta(j)], span, at)
+        is_in(i, j) = is_inside(trim, span, at)
+      end do
+    end do
+    allocate (is_crossed(size(mesh%xi), size(mesh%eta)), source=.false.)
     n = (size(mesh%xi) - 1)/degree
-    allocate (is_shown(size(mesh%connectivity, 2)))
     do k = 1, size(is_shown)
       i = mod(k - 1, n)*degree + 1
       j = (k - 1)/n*degree + 1
-      call place_in_spans(surface%axes, 0.5_wp*[mesh%xi(i) + mesh%xi(i + degree), &
-                                                mesh%eta(j) + mesh%eta(j + degree)], span, at)
-      is_shown(k) = is_inside(trim, span, at)
+      associate (nodes => is_in(i:i + degree, j:j + degree))
+        is_shown(k) = any(nodes)
+        if (is_shown(k) .and. .not. all(nodes)) &
+          is_crossed(i:i + degree, j:j + degree) = .true.
+      end associate
     end do
     mesh%connectivity = mesh%connectivity(:, pack([(k, k=1, size(is_shown))], is_shown))
-  end subroutine drop_cells
+    extent = norm2(maxval(mesh%points, 1) - minval(mesh%points, 1))
+    mesh%edge_distance = pack(merge(extent, -extent, is_in), .true.)
+    do k = 1, 2
+      associate (knots => surface%axes(k)%knots)
+        scale(k) = length_along(surface, k)/(knots(size(knots)) - knots(1))
+      end associate
+    end do
+    call measure_border(surface, scale, is_in, is_crossed, mesh)
+  end subroutine trim_mesh
+
+  !> Mean length of the control polygons along an axis.
+  pure real(wp) function length_along(surface, axis) result(length)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: axis
+    integer :: n(2)
+
+    n = shape(surface%weights)
+    associate (x => surface%points)
+      if (axis == 1) length = sum(norm2(x(2:, :, :) - x(:n(1) - 1, :, :), 3))/n(2)
+      if (axis == 2) length = sum(norm2(x(:, 2:, :) - x(:, :n(2) - 1, :), 3))/n(1)
+    end associate
+  end function length_along
+
+  !> Distances from the border at points of cells that it crosses.
+  pure subroutine measure_border(surface, scale, is_in, is_crossed, mesh)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: scale(2)                   !! lengths over parameters
+    logical, intent(in) :: is_in(:, :), is_crossed(:, :)
+    type(surface_mesh_t), intent(inout) :: mesh
+    real(wp), parameter :: near = 1.0e-4_wp            ! corners of polygons, of the surface
+    type(polygon_t) :: polygons(size(surface%loops))
+    type(region_t) :: border(1)
+    real(wp) :: distance
+    integer :: i, j, l
+
+    do l = 1, size(polygons)
+      call curve_corners(surface%loops(l)%curves, near*minval([(surface%axes(i)%knots(size( &
+                         surface%axes(i)%knots)) - surface%axes(i)%knots(1), i=1, 2)]), &
+                         polygons(l)%corners)
+    end do
+    border(1)%polygons = polygons
+    do j = 1, size(is_in, 2)
+      do i = 1, size(is_in, 1)
+        if (.not. is_crossed(i, j)) cycle
+        distance = abs(inside_distance(border, [mesh%xi(i), mesh%eta(j)], scale))
+        mesh%edge_distance(i + (j - 1)*size(is_in, 1)) = merge(distance, -distance, is_in(i, j))
+      end do
+    end do
+  end subroutine measure_border
 
   !> Points of the mesh that `new_surface_mesh` makes.
   pure integer function n_mesh_points(surface, is_bezier, length) result(n)
@@ -120,7 +193,7 @@ contains
     type(nurbs_surface_t) :: fine
 
     fine = with_small_cells(surface, length)
-    n = product(maxval(fine%axes%degree)*parts_of(fine, is_bezier, length) &
+    n = product(degree_of(fine)*parts_of(fine, is_bezier, length) &
                 *[n_spans(fine%axes(1)), n_spans(fine%axes(2))] + 1)
   end function n_mesh_points
 

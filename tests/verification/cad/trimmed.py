@@ -12,6 +12,10 @@ import tempfile
 import h5py
 import numpy as np
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3]))
+
+from post.results import Results  # noqa: E402
+
 DECK = """*UNITS
 mm, t, s, N, MPa, mJ
 *MATERIAL, NAME=steel
@@ -163,6 +167,14 @@ X_MIN, PINNED
 """
 
 
+def shown_area(path, tool):
+    """Area of a tool as pictures of a result have it, which end at its trims."""
+    with Results(path) as results:
+        points, triangles = dict(zip(results.tools, results.tool_surfaces(0, 4)))[tool]
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+
+
 def converter(igaform, folder):
     """A plate of 60 x 40 x 2 with a hole of radius 6 at (5, 2) as OpenCASCADE writes it
     (BRepBuilderAPI_NurbsConvert, IGESControl_Writer, write.surfacecurve.mode 1): a sheet below its
@@ -173,6 +185,11 @@ def converter(igaform, folder):
     told = run(igaform, deck, "--check")
     assert "7 surfaces of 98 entities" in told and "2 loops" in told, told
     assert "moved by (0, 0, -4.75), clearance 0.25" in told, told
+    run(igaform, deck, "--out", folder / "plate.h5", "--quiet")
+    area = shown_area(folder / "plate.h5", "plate")
+    exact = 2 * (60 * 40 - np.pi * 36) + 2 * 200 + 2 * np.pi * 6 * 2
+    print("area of the plate in pictures over the exact one", area / exact)
+    assert abs(area / exact - 1) < 5e-4, area
     deck.write_text(HOLED.format(x=(3, 7)))
     told = run(igaform, deck, "--check", expect=1)
     distance = float(told.split("passes the sheet at a distance of ")[1].split(";")[0])
