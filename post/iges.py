@@ -11,9 +11,11 @@ import numpy as np
 from post.iges_file import UNITS, Surface, write_iges
 from post.results import ResultsError, counted, open_results, text_of
 from post.start import add_deck_arguments, start_of_deck
+from post.trimmed_sheet import trimmed_faces, write_trimmed
 
 FACES = ("XI_MIN", "XI_MAX", "ETA_MIN", "ETA_MAX", "ZETA_MIN", "ZETA_MAX")
 MIDDLE = "MIDDLE"
+LARGE = "ZETA_MIN", "ZETA_MAX"
 OUTWARD = ("XI_MAX", "ETA_MIN", "ZETA_MAX")    # their axis 1 x axis 2 points out of the solid
 
 
@@ -39,13 +41,17 @@ def run(arguments):
         shapes = Shapes(arguments.file)
     else:
         shapes = shapes_of_deck(arguments)
-    surfaces = part_of(shapes, arguments)
+    is_trimmed = squeezed(arguments.part) == "BLANK" and bool(shapes.outlines)
+    surfaces = trimmed_part(shapes, squeezed(arguments.face)) if is_trimmed else \
+        part_of(shapes, arguments)
     unit = unit_of(shapes, arguments.unit.upper())
     if os.path.exists(path) and os.path.samefile(path, arguments.file):
         raise ResultsError(f"'{path}' is the file to read")
-    write_iges(path, surfaces, unit, f"igaform {shapes.version}")
+    write = write_trimmed if is_trimmed else write_iges
+    write(path, surfaces, unit, f"igaform {shapes.version}")
     if not arguments.quiet:
-        print(f"{path}: {counted(len(surfaces), 'surface')} in {unit}")
+        kind = "trimmed surface" if is_trimmed else "surface"
+        print(f"{path}: {counted(len(surfaces), kind)} in {unit}")
     return 0
 
 
@@ -71,10 +77,23 @@ class Shapes:
                                      for i in range(len(group))]
                               for name, group in file["nurbs/tools"].items()}
                 first = next(iter(patches.values()))
+                self.outlines = [region_of(group) for _, group in
+                                 sorted(first.get("outlines", {}).items(), key=number_of)]
                 self.unit = text_of(first["points"].attrs.get("unit", b"")).upper()
                 self.version = text_of(file["provenance/version"][()])
             except (KeyError, OSError, RuntimeError, TypeError, ValueError) as fault:
                 raise ResultsError(f"'{path}' has no whole shapes under /nurbs: {fault}") from None
+
+
+def number_of(item):
+    """The number at the end of the name of a group."""
+    return int(item[0].rpartition("_")[2])
+
+
+def region_of(group):
+    """Closed polygons in the parameters of axes 1 and 2, and whether what lies outside is left."""
+    corners, sizes = group["corners"][:], group["sizes"][:]
+    return np.split(corners, np.cumsum(sizes)[:-1]), bool(group["is_outside"][()])
 
 
 def net_of(group, n_axes, label=""):
@@ -112,6 +131,20 @@ def part_of(shapes, arguments):
     near = difflib.get_close_matches(arguments.part, names, 1, 0.5)
     raise ResultsError(f"no part '{arguments.part}'; there are {', '.join(names)}"
                        + "".join(f"; did you mean {name}?" for name in near))
+
+
+def trimmed_part(shapes, wanted):
+    """The large faces of a sheet with an outline, or one of them, or its mid-surface."""
+    if wanted not in ("", *LARGE, MIDDLE):
+        raise ResultsError(f"no face '{wanted}' of a sheet with an outline; there are "
+                           f"{', '.join((*LARGE, MIDDLE))}")
+    (patch, solid), = shapes.solids.items()
+    faces = []
+    for face in [wanted] if wanted else LARGE:
+        surface = middle_of(solid, patch or MIDDLE) if face == MIDDLE else \
+            face_of(solid, face, patch or face)
+        faces += trimmed_faces(surface, face not in (MIDDLE, *OUTWARD), shapes.outlines)
+    return faces
 
 
 def squeezed(name):

@@ -4,6 +4,7 @@
 module display_fields
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: wp
+  use outline, only: region_t
   use nurbs_solid, only: nurbs_solid_t, face_axes
   use surface_grid, only: surface_grid_t, grid_values
   use line_operator, only: equal_positions, joined_positions
@@ -73,6 +74,7 @@ module display_fields
     !> Of a sheet with an outline: how far inside the display points of a layer are, NaN where
     !! nothing is left of it [length]; may be missing.
     real(wp), allocatable :: edge_distance(:, :)
+    type(region_t), allocatable :: regions(:)           !! that it leaves, in parameters; likewise
   end type patch_frame_t
 
   !> Where the display points of a surface of a tool are.

@@ -17,7 +17,7 @@ module frames
   use text, only: joined, strings, to_text, string_t, counted
   use frame_values, only: display_patch_t, display_tool_t, results_setup_t, frame_t, display_t, &
                           fill_values, new_display
-  use hdf5_file, only: check_length, close_file, give_up_file, open_file, create_file, &
+  use hdf5_file, only: has_object, check_length, close_file, give_up_file, open_file, create_file, &
                        create_group, h5_uint8, flush_file, hdf5_file_t, h5_int64, &
                        link_object, place_file, h5_double, take_error, &
                        write_reals, write_text_attribute, write_integer_attribute, append_chunk, &
@@ -35,6 +35,7 @@ module frames
   use hdf5_library, only: hid_t
   use hdf5_reading, only: open_for_reading, close_reading, names_in, has_name, read_numbers
   use knot_vector, only: knot_vector_t
+  use outline, only: region_t
   use timer, only: watch_seconds, n_watches
   implicit none
   private
@@ -400,6 +401,8 @@ contains
       call update_points(results%file, patch_folder(results, "/nurbs/blank", p), &
                          shape(results%display%patches(p)%solid%weights), &
                          frame%patches(p)%points, unit)
+      if (allocated(frame%patches(p)%regions)) call write_outlines(results%file, &
+        patch_folder(results, "/nurbs/blank", p)//"/outlines", frame%patches(p)%regions)
     end do
     do i = 1, size(results%display%tools)
       do s = 1, size(results%display%tools(i)%surfaces)
@@ -413,6 +416,40 @@ contains
       end do
     end do
   end subroutine update_geometry
+
+  !> The polygons of outlines and trims that are not in the file yet: once there they stay.
+  subroutine write_outlines(file, folder, regions)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: folder
+    type(region_t), intent(in) :: regions(:)
+    character(:), allocatable :: own
+    integer, allocatable :: sizes(:)
+    real(wp), allocatable :: corners(:, :)
+    integer :: r, p, n
+
+    do r = 1, size(regions)
+      own = folder//"/region_"//to_text(r)
+      if (has_object(file, own)) cycle
+      associate (polygons => regions(r)%polygons)
+        sizes = [(size(polygons(p)%corners, 2), p=1, size(polygons))]
+        allocate (corners(2, sum(sizes)))
+        n = 0
+        do p = 1, size(polygons)
+          corners(:, n + 1:n + sizes(p)) = polygons(p)%corners
+          n = n + sizes(p)
+        end do
+      end associate
+      call write_integers(file, own//"/sizes", int(sizes, int64), [size(sizes)], &
+                          "corners of each closed polygon", h5_int64)
+      call write_reals(file, own//"/corners", corners, [2, n], "1", "corners of the polygons, "// &
+                       "one after the other, by the parameters of axes 1 and 2")
+      call write_integers(file, own//"/is_outside", &
+                          [merge(1_int64, 0_int64, regions(r)%is_outside)], [integer ::], &
+                          "1: what lies outside of the polygons is left, 0: what lies within "// &
+                          "an odd number of them", h5_int64)
+      deallocate (corners)
+    end do
+  end subroutine write_outlines
 
   ! State at the integration points, of the last frame alone.
   subroutine write_points(results, frame)
