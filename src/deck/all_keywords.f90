@@ -10,6 +10,7 @@ module all_keywords
   use blank_keywords, only: read_blank
   use outline_keywords, only: read_outlines
   use tool_keywords, only: read_tools, read_placements
+  use near_refinement, only: refine_near_tools
   use motion_keywords, only: read_amplitudes, read_tool_motions
   use contact_keywords, only: read_contacts, read_beads
   use set_keywords, only: read_sets
@@ -54,6 +55,7 @@ contains
     call set_keyword(table, "BLANK OUTLINE", read=read_outlines)
     call set_keyword(table, "TOOL", names=names_tool, read=read_tools)
     call set_keyword(table, "TOOL PLACEMENT", read=read_placements)
+    call set_keyword(table, "REFINE", read=refine_near_tools)
     call set_keyword(table, "AMPLITUDE", names=names_curve, read=read_amplitudes)
     call set_keyword(table, "TOOL MOTION", in_any_step, read=read_tool_motions)
     call set_keyword(table, "TOOL FORCE", in_any_step)

@@ -9,11 +9,12 @@ module patch_keywords
   use nurbs_solid, only: nurbs_solid_t
   use refinement, only: insert_knots, elevate_degree, dividing_knots
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
+                          is_option_given, &
                           field_real, all_numbers, deck_context_t, patch_parts_t, resolve_option
   implicit none
   private
 
-  public :: collect_parts, check_parts, read_axes, read_points, refine
+  public :: collect_parts, check_parts, read_axes, read_points, refine, is_too_fine
 
 contains
 
@@ -183,7 +184,7 @@ contains
 
     do i = 1, size(parts%refinements)
       associate (record => deck%records(parts%refinements(i)))
-        if (.not. record%is_valid) cycle
+        if (.not. record%is_valid .or. .not. is_option_given(record, "AXIS")) cycle
         axis = option_integer(record, "AXIS")
         rise = option_integer(record, "ELEVATE")
         if (present(solid)) then
