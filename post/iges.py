@@ -11,7 +11,7 @@ import numpy as np
 from post.iges_file import UNITS, Surface, write_iges
 from post.results import ResultsError, counted, open_results, text_of
 from post.start import add_deck_arguments, start_of_deck
-from post.trimmed_sheet import trimmed_faces, write_trimmed
+from post.trimmed_sheet import Face, face_of_tool, trimmed_faces, write_trimmed
 
 FACES = ("XI_MIN", "XI_MAX", "ETA_MIN", "ETA_MAX", "ZETA_MIN", "ZETA_MAX")
 MIDDLE = "MIDDLE"
@@ -41,9 +41,8 @@ def run(arguments):
         shapes = Shapes(arguments.file)
     else:
         shapes = shapes_of_deck(arguments)
-    is_trimmed = squeezed(arguments.part) == "BLANK" and bool(shapes.outlines)
-    surfaces = trimmed_part(shapes, squeezed(arguments.face)) if is_trimmed else \
-        part_of(shapes, arguments)
+    surfaces = part_of(shapes, arguments)
+    is_trimmed = isinstance(surfaces[0], Face)
     unit = unit_of(shapes, arguments.unit.upper())
     if os.path.exists(path) and os.path.samefile(path, arguments.file):
         raise ResultsError(f"'{path}' is the file to read")
@@ -76,6 +75,11 @@ class Shapes:
                 self.tools = {name: [net_of(group[f"surface_{i + 1}"], 2, name)
                                      for i in range(len(group))]
                               for name, group in file["nurbs/tools"].items()}
+                self.trimmed_tools = {
+                    name: [face_of_tool(surface, group[f"surface_{i + 1}"].get("loops"))
+                           for i, surface in enumerate(self.tools[name])]
+                    for name, group in file["nurbs/tools"].items()
+                    if any("loops" in surface for surface in group.values())}
                 first = next(iter(patches.values()))
                 self.outlines = [region_of(group) for _, group in
                                  sorted(first.get("outlines", {}).items(), key=number_of)]
@@ -118,13 +122,16 @@ def shapes_of_deck(arguments):
 
 
 def part_of(shapes, arguments):
-    """The surfaces of the tool of that name, or the outer faces of the blank."""
+    """The surfaces of the tool of that name, or the outer faces of the blank; trimmed ones as
+    faces."""
     wanted = squeezed(arguments.part)
     for name, surfaces in shapes.tools.items():
         if squeezed(name) == wanted:
             if arguments.face:
                 raise ResultsError("option --face goes with the blank, not with a tool")
-            return surfaces
+            return shapes.trimmed_tools.get(name, surfaces)
+    if wanted == "BLANK" and shapes.outlines:
+        return trimmed_part(shapes, squeezed(arguments.face))
     if wanted == "BLANK":
         return outer_faces(shapes.solids, squeezed(arguments.face))
     names = ["blank", *shapes.tools]

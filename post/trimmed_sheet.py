@@ -1,5 +1,5 @@
-"""Faces of a sheet with an outline as trimmed surfaces (IGES entity 144): loops in the parameters
-and in space."""
+"""Faces of a sheet with an outline, and trimmed tools, as trimmed surfaces (IGES entity 144): loops
+in the parameters, of sheets in space as well."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,9 +28,36 @@ class Curve:
 
 
 @dataclass
+class Piece:
+    """A rational Bezier curve."""
+    degree: int
+    points: np.ndarray
+    weights: np.ndarray
+
+    @property
+    def knots(self):
+        return np.repeat([0.0, 1.0], self.degree + 1)
+
+
+@dataclass
 class Face:
     surface: Surface
-    loops: list           # of one pair of curves each, in parameters and in space
+    loops: list           # of pairs of curves, in parameters and, if known, in space
+
+
+def face_of_tool(surface, group):
+    """A surface of a tool with the loops that a result has of it; without if it is not trimmed."""
+    if group is None:
+        return Face(surface, [])
+    degrees, points = group["degrees"][:], group["points"][:]
+    nets = np.split(points, np.cumsum(degrees + 1)[:-1])
+    pieces = [Piece(int(degree), net[:, :2] / net[:, 2:], net[:, 2])
+              for degree, net in zip(degrees, nets)]
+    loops = [[(piece, None) for piece in pieces[last - n:last]]
+             for n, last in zip(group["sizes"][:], np.cumsum(group["sizes"][:]))]
+    corners = [np.array([piece.points[0] for piece, _ in loop]) for loop in loops]
+    outer = int(np.argmax([np.ptp(net, axis=0).prod() for net in corners]))
+    return Face(surface, [loops[outer], *loops[:outer], *loops[outer + 1:]])
 
 
 def trimmed_faces(surface, is_flipped, regions):

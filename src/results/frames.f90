@@ -36,6 +36,7 @@ module frames
   use hdf5_reading, only: open_for_reading, close_reading, names_in, has_name, read_numbers
   use knot_vector, only: knot_vector_t
   use outline, only: region_t
+  use trim_curve, only: trim_loop_t
   use timer, only: watch_seconds, n_watches
   implicit none
   private
@@ -383,11 +384,39 @@ contains
           associate (surface => display%tools(i)%surfaces(s))
             call write_net(results%file, surface_folder(results, i, s), surface%axes, &
                            surface%weights, surface%points, unit)
+            if (allocated(surface%loops)) call write_loops(results%file, &
+              surface_folder(results, i, s)//"/loops", surface%loops)
           end associate
         end do
       end do
     end associate
   end subroutine write_geometry
+
+  !> The loops of a trimmed surface: rational Bezier pieces in its parameters.
+  subroutine write_loops(file, folder, loops)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: folder
+    type(trim_loop_t), intent(in) :: loops(:)
+    integer :: l, i
+    real(wp), allocatable :: points(:)
+
+    allocate (points(0))
+    do l = 1, size(loops)
+      do i = 1, size(loops(l)%curves)
+        associate (curve => loops(l)%curves(i))
+          points = [points, [curve%c(:, :curve%degree)]]
+        end associate
+      end do
+    end do
+    call write_integers(file, folder//"/sizes", [(size(loops(l)%curves, kind=int64), &
+                        l=1, size(loops))], [size(loops)], "pieces of each loop", h5_int64)
+    call write_integers(file, folder//"/degrees", [((int(loops(l)%curves(i)%degree, int64), &
+                        i=1, size(loops(l)%curves)), l=1, size(loops))], &
+                        [sum([(size(loops(l)%curves), l=1, size(loops))])], &
+                        "degrees of the pieces", h5_int64)
+    call write_reals(file, folder//"/points", points, [3, size(points)/3], "1", "Bezier points "// &
+                     "of the pieces, one after the other: both parameters times weight, weight")
+  end subroutine write_loops
 
   subroutine update_geometry(results, frame)
     type(results_t), intent(inout) :: results

@@ -12,7 +12,8 @@ import tempfile
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3]))
+PROJECT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(PROJECT))
 
 from post.results import Results  # noqa: E402
 
@@ -175,6 +176,28 @@ def shown_area(path, tool):
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
 
 
+def check_written(igaform, folder):
+    """What `post iges` writes of a trimmed tool has its loops when it is read back."""
+    told = subprocess.run([sys.executable, "-m", "post", "iges", folder / "plate.h5", "--part",
+                           "plate", "--out", folder / "again.igs"], capture_output=True, text=True,
+                          check=False, env=dict(os.environ, PYTHONPATH=str(PROJECT)))
+    assert "7 trimmed surfaces in MM" in told.stdout, told.stderr
+    deck = folder / "again.key"
+    deck.write_text(HOLED.format(x=(13, 17)).replace("plate.igs", "again.igs"))
+    run(igaform, deck, "--out", folder / "again.h5", "--quiet")
+    n_trimmed = 0
+    with h5py.File(folder / "plate.h5") as one, h5py.File(folder / "again.h5") as other:
+        for i in range(7):
+            loops = [file[f"nurbs/tools/plate/surface_{i + 1}"].get("loops")
+                     for file in (one, other)]
+            assert (loops[0] is None) == (loops[1] is None), i
+            n_trimmed += loops[0] is not None
+            for name in ("sizes", "degrees", "points") if loops[0] else ():
+                first, second = (np.sort(group[name][()], axis=0) for group in loops)
+                assert np.allclose(first, second, rtol=0, atol=1e-9), (i, name)
+    assert n_trimmed == 2, n_trimmed      # the faces with the hole; others fill their rectangles
+
+
 def converter(igaform, folder):
     """A plate of 60 x 40 x 2 with a hole of radius 6 at (5, 2) as OpenCASCADE writes it
     (BRepBuilderAPI_NurbsConvert, IGESControl_Writer, write.surfacecurve.mode 1): a sheet below its
@@ -190,6 +213,7 @@ def converter(igaform, folder):
     exact = 2 * (60 * 40 - np.pi * 36) + 2 * 200 + 2 * np.pi * 6 * 2
     print("area of the plate in pictures over the exact one", area / exact)
     assert abs(area / exact - 1) < 5e-4, area
+    check_written(igaform, folder)
     deck.write_text(HOLED.format(x=(3, 7)))
     told = run(igaform, deck, "--check", expect=1)
     distance = float(told.split("passes the sheet at a distance of ")[1].split(";")[0])
