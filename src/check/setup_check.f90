@@ -17,6 +17,7 @@ module setup_check
   use stroke_check, only: check_strokes, add_stroke_lines
   use load_check, only: check_loads
   use motion_check, only: check_travels, check_removals
+  use outline_check, only: check_trims
   use release_check, only: check_release
   use step_check, only: check_motion, check_friction, check_forces, check_supports
   implicit none
@@ -51,6 +52,7 @@ contains
       call check_release(scene, model, thickness, errors)
       call check_strokes(scene, model, thickness, errors)
       call check_removals(scene, errors)
+      call check_trims(scene, model, errors)
     end if
     do t = 1, size(scene%tools)
       call check_shape(model%bodies%tools(t), thickness, scene%tools(t)%origin, errors)

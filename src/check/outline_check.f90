@@ -1,0 +1,132 @@
+!> What the trims of later steps leave nothing of, as far as the sheet at the start tells.
+module outline_check
+  use kinds, only: wp
+  use text, only: to_text
+  use input_errors, only: error_list_t, add_warning
+  use scene, only: scene_t
+  use knot_vector, only: breaks
+  use nurbs_solid, only: evaluate_solid
+  use outline, only: region_t, new_region, inside_distance
+  use element, only: element_t
+  use blank_trim, only: trim_t
+  use outline_watch, only: watched_t
+  use model, only: model_t
+  implicit none
+  private
+
+  public :: check_trims
+
+  real(wp), parameter :: unlimited = 1.0e30_wp   !! [length]
+
+contains
+
+  !> Warn of supports, loads and history points that lie outside of a trim by more than the tools
+  !! may carry the sheet. What is nearer the run tells when it trims.
+  subroutine check_trims(scene, model, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(error_list_t), intent(inout) :: errors
+    logical :: is_told(size(model%watched))
+    real(wp) :: reach
+    integer :: t, i
+
+    is_told = model%watched%is_told
+    do t = 1, size(model%trims)
+      associate (trim => model%trims(t))
+        if (trim%step <= 1) cycle
+        reach = way_before(scene, trim%step)
+        do i = 1, size(is_told)
+          if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
+          is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)
+          if (is_told(i)) call add_warning(errors, model%watched(i)%origin, &
+            model%watched(i)%what//", of which *TRIM, NAME="//trim%name//" in step "// &
+            to_text(trim%step)//" leaves nothing", "a place inside its curves, or nothing "// &
+            "there from that step on")
+        end do
+      end associate
+    end do
+  end subroutine check_trims
+
+  !> How far tools and supports may carry the sheet before a step: the sum of their ways. What loads
+  !! and initial velocities do is not known; tools that a force moves press on the sheet.
+  pure real(wp) function way_before(scene, step) result(way)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    integer :: i
+
+    way = 0.0_wp
+    if (any(scene%loads%first_step < step) .or. size(scene%initial_velocities) > 0) way = unlimited
+    do i = 1, size(scene%motions)
+      associate (motion => scene%motions(i))
+        if (motion%step >= step .or. motion%is_force) cycle
+        if (motion%is_rotation) way = unlimited
+        way = way + norm2(motion%vector)*largest_factor(scene, motion%curve) &
+              *merge(1.0_wp, time_between(scene, motion%step, step), motion%is_displacement)
+      end associate
+    end do
+    do i = 1, size(scene%boundaries)
+      associate (support => scene%boundaries(i))
+        if (support%first_step >= step) cycle
+        way = way + norm2(support%velocity)*largest_factor(scene, support%curve) &
+              *time_between(scene, support%first_step, step)
+      end associate
+    end do
+  end function way_before
+
+  !> Time from the start of a step to that of another.
+  pure real(wp) function time_between(scene, first, step) result(time)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: first, step
+
+    time = sum(scene%later_steps(max(1, first - 1):step - 2)%step%duration)
+    if (first == 1) time = time + scene%step%duration
+  end function time_between
+
+  pure real(wp) function largest_factor(scene, curve) result(factor)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: curve                  !! 0: none
+
+    factor = 1.0_wp
+    if (curve > 0) factor = maxval(abs(scene%curves(curve)%values))
+  end function largest_factor
+
+  !> Do all places lie outside of a trim by more than a distance?
+  logical function is_beyond(watched, trim, element, distance)
+    type(watched_t), intent(in) :: watched
+    type(trim_t), intent(in) :: trim
+    class(element_t), intent(in) :: element
+    real(wp), intent(in) :: distance              !! [length]
+    type(region_t) :: region
+    logical, allocatable :: counts(:, :)
+    real(wp), allocatable :: lines1(:), lines2(:)
+    real(wp) :: x(3)
+    integer :: i, j, plane(2)
+
+    plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
+    call new_region(region, trim%polygons, trim%is_outside)
+    lines1 = breaks(element%grid%axes(1))
+    lines2 = breaks(element%grid%axes(2))
+    if (allocated(watched%points)) then
+      counts = watched%points
+      if (allocated(element%ties%is_free)) counts = counts .and. element%ties%is_free
+    else
+      counts = watched%elements
+      if (allocated(element%ties%share)) counts = counts .and. element%ties%share > 0.0_wp
+    end if
+    is_beyond = .false.
+    do j = 1, size(counts, 2)
+      do i = 1, size(counts, 1)
+        if (.not. counts(i, j)) cycle
+        if (allocated(watched%points)) then
+          x = element%motion%x(i, j, 1, :)
+        else
+          call evaluate_solid(element%grid, [0.5_wp*(lines1(i) + lines1(i + 1)), &
+                                             0.5_wp*(lines2(j) + lines2(j + 1)), 0.5_wp], x)
+        end if
+        if (inside_distance([region], x(plane), [1.0_wp, 1.0_wp]) >= -distance) return
+      end do
+    end do
+    is_beyond = .true.
+  end function is_beyond
+
+end module outline_check
