@@ -134,7 +134,8 @@ contains
   end subroutine print_lines
 
   !> One line for each file that the deck includes with its path resolved, for each note on a tool,
-  !! the tool's name before the first, and for each tool that *TOOL PLACEMENT has moved.
+  !! the tool's name before the first, for each file of an outline or a trim, and for each tool that
+  !! *TOOL PLACEMENT has moved.
   function source_lines(scene, model) result(lines)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
