@@ -64,7 +64,7 @@ contains
       do i = 1, n(1)
         if (ties%is_free(i, j) .or. ties%is_idle(i, j)) cycle
         ties%n = ties%n + 1
-        e = nearest_element([i, j], first1, first2, p, share >= least)
+        e = nearest_element([i, j], first1, first2, p, share, least)
         ties%follower(:, ties%n) = [i, j]
         ties%leader(:, ties%n) = [first1(e(1)), first2(e(2))]
         ties%coefficient1(:, ties%n) = continued(axes(1), first1(e(1)), i)
@@ -74,29 +74,32 @@ contains
     do j = 1, size(first2)
       do i = 1, size(first1)
         if (share(i, j) <= 0.0_wp .or. share(i, j) >= least) cycle
-        e = nearest_element([first1(i), first2(j)] + p/2, first1, first2, p, share >= least)
+        e = nearest_element([first1(i), first2(j)] + p/2, first1, first2, p, share, least)
         ties%farthest = max(ties%farthest, maxval(abs(e - [i, j])))
       end do
     end do
   end subroutine new_outline_ties
 
-  !> The element nearest to a control point among those that may lead, by numbers along both axes.
-  !! Of several, one straight along an axis: what is held at an edge of the sheet then follows what
-  !! is held there.
-  pure function nearest_element(at, first1, first2, p, may_lead) result(element)
+  !> The element nearest to a control point among those with at least `least` inside, by numbers
+  !! along both axes. Of several, one straight along an axis: what is held at an edge of the sheet
+  !! then follows what is held there; of these the one with the most inside, which is the stiffest.
+  pure function nearest_element(at, first1, first2, p, share, least) result(element)
     integer, intent(in) :: at(2), first1(:), first2(:), p(2)
-    logical, intent(in) :: may_lead(:, :)
+    real(wp), intent(in) :: share(:, :), least
     integer :: element(2), i, j, away(2), distance, best
 
     element = 1
     best = huge(1)
     do j = 1, size(first2)
       do i = 1, size(first1)
-        if (.not. may_lead(i, j)) cycle
+        if (share(i, j) < least) cycle
         away(1) = max(first1(i) - at(1), at(1) - first1(i) - p(1), 0)
         away(2) = max(first2(j) - at(2), at(2) - first2(j) - p(2), 0)
         distance = sum(away**2)
-        if (distance >= best) cycle
+        if (distance > best) cycle
+        if (distance == best) then
+          if (share(i, j) <= share(element(1), element(2))) cycle
+        end if
         best = distance
         element = [i, j]
       end do
