@@ -21,8 +21,12 @@ import textwrap
 # Degrees and points along axes 1, 2, 3 of the instances. A new instance is one more entry.
 SOLID_RULES = ["222222", "222223", "222224", "222226", "222333"]
 SHELL_RULES = ["210216", "220224", "220226", "330336"]   # of mid-surfaces, the first of a strip
-CUT_RULES = ["220416", "220414"]   # of elements that an outline cuts, all points along axis 1
+CUT_RULES = ["220416", "220414"]   # of shells that an outline cuts, all points along axis 1
 STRIP_RULES = ["212212", "212213", "212214", "212216"]   # linear across, with one point there
+
+# The same of solids, each at the place of the one that serves the whole elements of its patch.
+CUT_SOLID_RULES = [rule[:3] + str(int(rule[3])*int(rule[4])) + "1" + rule[5]
+                   for rule in SOLID_RULES]
 
 MOST_POINTS = 12   # of an element, worked in one call of a law
 
@@ -48,10 +52,12 @@ SHELL_BASIS = [*BASIS_1, "patch%lanes%bends(1, 1, 1, block%b)",
                *BASIS_2, "patch%axes(2)%bends(1, 1, block%e2)", "patch%axes(2)%weights"]
 # Points that lie anywhere in their elements, as many as there are along both axes of the sheet.
 CUT_COUNTS = ["p(1)", "p(2)", "q(1)*q(2)", "1", "q(3)"]
+CUT_SOLID_COUNTS = ["p(1)", "p(2)", "p(3)", *CUT_COUNTS[2:]]
 CUT_BASIS = [f"patch%lanes%cut%{name}(1, 1, 1, cut)" for name in
              ("values1", "slopes1", "bends1")] + ["patch%lanes%cut%weights(1, 1, cut)"] \
     + [f"patch%lanes%cut%{name}(1, 1, 1, cut)" for name in ("values2", "slopes2", "bends2")] \
     + ["[1.0_wp]"]
+CUT_SOLID_BASIS = [item for item in CUT_BASIS if "bends" not in item]
 SHELL_RATIONAL = ["points%rational(1, 1, 1, block%number)"]
 SHELL_STATE = ["points%metric(1, 1, 1, block%number)", "points%thickness(1, 1, block%number)",
                "points%through(1, 1, 1, block%number)",
@@ -123,7 +129,15 @@ def wrapped(head, items, tail):
 
 def solid_arguments(is_fixed, is_rational):
     direct = ["is_direct", *FIELDS] if is_fixed and not is_rational else []
-    return ["law", "dt", "on", "viscous", *direct, "u", *AXIS_1, *AXIS_2, *AXIS_3,
+    return force_arguments(is_rational, direct, [*AXIS_1, *AXIS_2])
+
+
+def cut_solid_arguments(_, is_rational):
+    return force_arguments(is_rational, [], CUT_SOLID_BASIS)
+
+
+def force_arguments(is_rational, direct, basis):
+    return ["law", "dt", "on", "viscous", *direct, "u", *basis, *AXIS_3,
             *RATIONAL*is_rational, *STATE,
             "f", "sums", "ok"]
 
@@ -171,11 +185,14 @@ def cut_metric_arguments(is_fixed, is_rational):
 
 
 LAW = ("block_law", "block_law_t")
+ROTATION = ("tensor_rotation", "rotate_by_spin, turn_to_end")
 POINTS = ("point_kinematics", "end_volume_of, point_tangents")
 KERNELS = [
     Kernel("ig_solid", "block_forces", "Block force kernel", "ig_solid_kernel.inc", [],
-           [LAW, ("tensor_rotation", "rotate_by_spin, turn_to_end")],
-           SOLID_RULES, COUNTS, solid_arguments, groups_rows=True),
+           [LAW, ROTATION], SOLID_RULES, COUNTS, solid_arguments, groups_rows=True),
+    Kernel("ig_cut", "block_forces", "Block force kernel of cut solids", "ig_solid_kernel.inc",
+           ["SCATTERED"], [LAW, ROTATION], CUT_SOLID_RULES, CUT_SOLID_COUNTS, cut_solid_arguments,
+           groups_rows=True),
     Kernel("ig_strain", "block_strain", "Kinematics of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "STRAIN"], [POINTS], SOLID_RULES, COUNTS, strain_arguments),
     Kernel("ig_context", "block_strain", "Kinematics for laws with context", "ig_solid_kernel.inc",

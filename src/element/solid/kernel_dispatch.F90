@@ -5,8 +5,9 @@ module kernel_dispatch
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use bulk_viscosity, only: viscous_factors
-  use solid_patch, only: solid_patch_t, block_t
+  use solid_patch, only: solid_patch_t, block_t, cut_number
 #include "ig_solid_uses.inc"
+#include "ig_cut_uses.inc"
   implicit none
   private
 
@@ -76,7 +77,7 @@ contains
     logical, intent(out) :: ok
     real(wp) :: viscous(n_lanes, 2)
     logical :: on
-    integer :: p(3), q(3), first(3)
+    integer :: p(3), q(3), first(3), cut
 
     first = [patch%lanes%first(1, block%b), patch%axes(2)%first(block%e2), &
              patch%axes(3)%first(block%e3)]
@@ -84,6 +85,13 @@ contains
     viscous = viscous_factors(patch%viscosity, block%number, dt)
     p = patch%axes%degree
     q = patch%axes%n_points
+    cut = cut_number(patch, block)
+    if (cut > 0) then
+      select case (patch%kernel)
+#include "ig_cut_cases.inc"
+      end select
+      return
+    end if
     select case (patch%kernel)
 #include "ig_solid_cases.inc"
     end select
@@ -91,13 +99,13 @@ contains
 
   !> Does the kernel take positions and velocities of a block straight from the fields of the patch,
   !! not gathered? The tuned ones without weights do, where the control points of lanes follow each
-  !! other.
+  !! other, but not those of elements that an outline cuts.
   pure logical function takes_fields(patch, block)
     type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
 
     takes_fields = patch%kernel <= 2*size(tuned_rules, 2) .and. .not. patch%is_rational &
-                   .and. patch%lanes%is_contiguous(block%b)
+                   .and. patch%lanes%is_contiguous(block%b) .and. cut_number(patch, block) == 0
   end function takes_fields
 
 end module kernel_dispatch

@@ -8,7 +8,8 @@ module patch_points
   use point_context, only: point_context_t
   use basis_tables, only: n_lanes
   use element, only: jacobian_in_span
-  use solid_patch, only: solid_patch_t, element_of_lane, is_counted_lane, point_of_row
+  use solid_patch, only: solid_patch_t, block_t, block_at, cut_number, local_place, basis_at, &
+                         is_counted_lane, point_of_row
   implicit none
   private
 
@@ -25,22 +26,21 @@ contains
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), allocatable :: volumes(:, :, :, :)   !! shape (8, q3, q1*q2, n_blocks)
     real(wp) :: j(3, 3)
-    integer :: q(3), block, lane, row, layer, e(3), point(3)
+    integer :: q(3), block, lane, row, layer
 
     q = patch%axes%n_points
     allocate (volumes(n_lanes, q(3), q(1)*q(2), patch%n_blocks), source=0.0_wp)
-    !$omp parallel do schedule(static) private(lane, row, layer, e, point, j)
+    !$omp parallel do schedule(static) private(lane, row, layer, j)
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
         if (.not. is_counted_lane(patch, block, lane)) cycle
-        e = element_of_lane(patch, block, lane)
         do row = 1, q(1)*q(2)
           do layer = 1, q(3)
-            point = point_of_row(q, row, layer)
-            call jacobian_at(patch, solid, e, point, j)
-            volumes(lane, layer, row, block) = point_volume(patch, j, point)
+            call jacobian_at(patch, solid, block, lane, row, layer, j)
+            volumes(lane, layer, row, block) = point_volume(patch, j, point_of_row(q, row, layer))
           end do
         end do
+        volumes(lane, :, :, block) = volumes(lane, :, :, block)*share_of_lane(patch, block, lane)
       end do
     end do
     !$omp end parallel do
@@ -52,7 +52,7 @@ contains
     type(solid_patch_t), intent(inout) :: patch
     type(nurbs_solid_t), intent(in) :: solid       !! that the patch is made of
     real(wp) :: j(3, 3)
-    integer :: q(3), block, lane, row, layer, point(3)
+    integer :: q(3), block, lane, row, layer
 
     q = patch%axes%n_points
     if (patch%has_gradients) then
@@ -65,11 +65,10 @@ contains
       do lane = 1, n_lanes
         do row = 1, q(1)*q(2)
           do layer = 1, q(3)
-            point = point_of_row(q, row, layer)
-            call jacobian_at(patch, solid, element_of_lane(patch, block, lane), point, j)
+            call jacobian_at(patch, solid, block, lane, row, layer, j)
             if (patch%has_gradients) patch%reference(lane, :, layer, row, block) = inverse_rows(j)
             patch%element_size(lane, block) = patch%element_size(lane, block) &
-                                              + point_volume(patch, j, point)
+                                              + point_volume(patch, j, point_of_row(q, row, layer))
           end do
         end do
       end do
@@ -77,7 +76,18 @@ contains
     patch%element_size = max(patch%element_size, 0.0_wp)**(1.0_wp/3.0_wp)
   end subroutine set_reference
 
-  !> Volume of a point from its jacobian.
+  !> Part of the area along the sheet that an outline leaves of the element of a lane.
+  pure real(wp) function share_of_lane(patch, number, lane) result(share)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: number, lane            !! number of its block
+    integer :: c
+
+    share = 1.0_wp
+    c = cut_number(patch, block_at(patch, number))
+    if (c > 0) share = 0.25_wp*sum(patch%lanes%cut%weights(lane, :, c))
+  end function share_of_lane
+
+  !> Volume of a point of a whole element from its jacobian.
   pure real(wp) function point_volume(patch, j, point) result(volume)
     type(solid_patch_t), intent(in) :: patch
     real(wp), intent(in) :: j(3, 3)
@@ -87,17 +97,21 @@ contains
              *patch%axes(3)%weights(point(3))
   end function point_volume
 
-  !> Jacobian by element-local coordinates of a point of the rule in an element.
-  pure subroutine jacobian_at(patch, solid, element, point, j)
+  !> Jacobian by element-local coordinates of an integration point.
+  pure subroutine jacobian_at(patch, solid, number, lane, row, layer, j)
     type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid               !! in any shape
-    integer, intent(in) :: element(3), point(3)
+    integer, intent(in) :: number, lane, row, layer        !! number of its block
     real(wp), intent(out) :: j(3, 3)                       !! [length]
     real(wp) :: x(3)
-    integer :: span(3), axis
+    type(block_t) :: block
+    integer :: span(3)
 
-    span = [(patch%axes(axis)%first(element(axis)), axis=1, 3)] + patch%axes%degree
-    call jacobian_in_span(solid, span, [(patch%axes(axis)%abscissae(point(axis)), axis=1, 3)], j, x)
+    block = block_at(patch, number)
+    span = [patch%lanes%first(lane, block%b), patch%axes(2)%first(block%e2), &
+            patch%axes(3)%first(block%e3)] + patch%axes%degree
+    call jacobian_in_span(solid, span, [local_place(patch, block, lane, row), &
+                                        patch%axes(3)%abscissae(layer)], j, x)
   end subroutine jacobian_at
 
   !> Determinant of a 3 x 3 matrix.
@@ -213,14 +227,13 @@ contains
     type(solid_patch_t), intent(inout) :: patch
     integer, intent(in) :: block
     real(wp) :: values(patch%n_fields)
-    integer :: lane, e(3), q(3), row, layer
+    integer :: lane, q(3), row, layer
 
     q = patch%axes%n_points
     do lane = 1, n_lanes
-      e = element_of_lane(patch, block, lane)
       do row = 1, q(1)*q(2)
         do layer = 1, q(3)
-          call interpolate(patch, e, point_of_row(q, row, layer), values)
+          call interpolate(patch, block_at(patch, block), lane, row, layer, values)
           patch%given(lane, layer, patch%n_fields + 1:, row, block) = values
         end do
       end do
@@ -228,21 +241,23 @@ contains
   end subroutine spread_in_block
 
   !> The fields at one point of an element.
-  pure subroutine interpolate(patch, e, q, values)
+  pure subroutine interpolate(patch, block, lane, row, layer, values)
     type(solid_patch_t), intent(in) :: patch
-    integer, intent(in) :: e(3), q(3)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: lane, row, layer
     real(wp), intent(out) :: values(patch%n_fields)
-    real(wp) :: share, total
+    real(wp) :: one(patch%axes(1)%degree + 1, 0:2), two(patch%axes(2)%degree + 1, 0:2), share, total
     integer :: low(3), i, j, k
 
-    low = [patch%axes(1)%first(e(1)), patch%axes(2)%first(e(2)), patch%axes(3)%first(e(3))] - 1
+    call basis_at(patch, block, lane, row, one, two)
+    low = [patch%lanes%first(lane, block%b), patch%axes(2)%first(block%e2), &
+           patch%axes(3)%first(block%e3)] - 1
     values = 0.0_wp
     total = 0.0_wp
     do k = 1, patch%axes(3)%degree + 1
       do j = 1, patch%axes(2)%degree + 1
         do i = 1, patch%axes(1)%degree + 1
-          share = patch%axes(1)%values(i, q(1), e(1))*patch%axes(2)%values(j, q(2), e(2)) &
-                  *patch%axes(3)%values(k, q(3), e(3))
+          share = one(i, 0)*two(j, 0)*patch%axes(3)%values(k, layer, block%e3)
           if (patch%is_rational) share = share*patch%weights(low(1) + i, low(2) + j, low(3) + k)
           total = total + share
           values = values + share*patch%spread_values(low(1) + i, low(2) + j, low(3) + k, :)

@@ -7,9 +7,9 @@ module patch_setup
   use knot_vector, only: knot_vector_t, span_table
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
-  use basis_tables, only: n_lanes, new_axis_table, new_lane_table, lane_table_t
-  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, element_of_lane, point_of_row, &
-                         n_elements_of
+  use basis_tables, only: n_lanes, new_axis_table, new_lane_table, lane_table_t, new_trimmed_lanes
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, block_at, element_of_lane, &
+                         basis_at, n_elements_of
   use bulk_viscosity, only: new_viscosity
   use patch_points, only: set_reference, determinant
   use kernel_dispatch, only: kernel_of, rows_of
@@ -17,7 +17,8 @@ module patch_setup
   implicit none
   private
 
-  public :: new_patch, new_tile_buffers, element_patch, separate_rows, check_shape, cut_patch
+  public :: new_patch, new_cut_patch, new_tile_buffers, element_patch, separate_rows, check_shape
+  public :: cut_patch
 
   !> So far towards the centre of an element its ends are tested, as a share of the way: at degree 1
   !! the jacobian has a step between elements.
@@ -34,8 +35,7 @@ contains
     real(wp), intent(in) :: viscosity(2)             !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
     type(gauss_rule_t) :: rule
-    real(wp), allocatable :: lengths(:, :)
-    integer :: axis, q(3)
+    integer :: axis
 
     do axis = 1, 3
       rule = new_gauss_rule(n_points(axis), n_parts(axis))
@@ -45,8 +45,41 @@ contains
     patch%has_context = law%needs_context
     patch%has_gradients = law%needs_context .and. law%needs_gradients
     if (patch%is_rational) patch%weights = solid%weights
+    call fill_patch(patch, solid, law, viscosity, error)
+  end subroutine new_patch
+
+  !> The same of what an outline keeps of a patch.
+  subroutine new_cut_patch(patch, whole, solid, moments, law, error)
+    type(solid_patch_t), intent(out) :: patch
+    type(solid_patch_t), intent(in) :: whole         !! or cut before; without context
+    type(nurbs_solid_t), intent(in) :: solid         !! that it was made of
+    real(wp), intent(in) :: moments(:, :, :)         !! of the elements, see `cut_cells`
+    class(block_law_t), intent(in) :: law
+    type(error_t), allocatable, intent(out) :: error
+    type(lane_table_t) :: lanes
+
+    patch%axes = whole%axes
+    patch%is_rational = whole%is_rational
+    if (patch%is_rational) patch%weights = whole%weights
+    call new_trimmed_lanes(solid%axes(:2), patch%axes(:2), moments, lanes)
+    call fill_patch(patch, solid, law, [whole%viscosity%linear, whole%viscosity%quadratic], error, &
+                    lanes)
+  end subroutine new_cut_patch
+
+  !> What follows of the tables of the axes, the weights and, with an outline, the lanes.
+  subroutine fill_patch(patch, solid, law, viscosity, error, lanes)
+    type(solid_patch_t), intent(inout) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: viscosity(2)             !! linear and quadratic factor
+    type(error_t), allocatable, intent(out) :: error
+    type(lane_table_t), intent(in), optional :: lanes
+    real(wp), allocatable :: lengths(:, :)
+    integer :: q(3)
+
     ! A law that must run on one thread gets the elements in their order: one tile for all.
-    call complete_patch(patch, max(1, law%n_state), merge(1, 16, law%is_serial), law%n_together)
+    call complete_patch(patch, max(1, law%n_state), merge(1, 16, law%is_serial), law%n_together, &
+                        lanes)
     if (patch%has_context) call set_reference(patch, solid)
     call find_lengths(patch, solid, lengths, error)
     patch%shortest = minval(lengths)
@@ -54,14 +87,15 @@ contains
     q = patch%axes%n_points
     allocate (patch%push(n_lanes, q(3), q(1)*q(2), &
                          merge(patch%n_blocks, 1, patch%viscosity%is_active)), source=0.0_wp)
-  end subroutine new_patch
+  end subroutine fill_patch
 
   !> From the tables of the axes, and the weights, to what follows of them.
-  subroutine complete_patch(patch, n_state, n_tiles, n_together)
+  subroutine complete_patch(patch, n_state, n_tiles, n_together, lanes)
     type(solid_patch_t), intent(inout) :: patch
     integer, intent(in) :: n_state, n_tiles, n_together   !! see `cut_patch`
+    type(lane_table_t), intent(in), optional :: lanes
 
-    call cut_patch(patch, n_tiles, n_together)
+    call cut_patch(patch, n_tiles, n_together, lanes)
     patch%kernel = kernel_of(patch%axes%degree, patch%axes%n_points, patch%is_rational)
     call set_rows(patch, rows_of(patch%kernel), n_state)
     if (patch%is_rational) call set_rational(patch)
@@ -231,17 +265,16 @@ contains
   !> Factors of the rational basis at every point; the weights never change.
   pure subroutine set_rational(patch)
     type(solid_patch_t), intent(inout) :: patch
-    integer :: q(3), block, lane, row, layer, e(3)
+    integer :: q(3), block, lane, row, layer
     real(wp) :: w, slope(3)
 
     q = patch%axes%n_points
     allocate (patch%rational(n_lanes, q(3), 5, q(1)*q(2), patch%n_blocks))
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
-        e = element_of_lane(patch, block, lane)
         do row = 1, q(1)*q(2)
           do layer = 1, q(3)
-            call weight_at(patch, e, point_of_row(q, row, layer), w, slope)
+            call weight_at(patch, block_at(patch, block), lane, row, layer, w, slope)
             associate (r => patch%rational(lane, layer, :, row, block))
               r(1) = 1.0_wp/w**3
               r(2:4) = slope/w
@@ -254,30 +287,29 @@ contains
   end subroutine set_rational
 
   !> Weight function W of the patch at one quadrature point and its element-local slopes.
-  pure subroutine weight_at(patch, element, point, w, slope)
+  pure subroutine weight_at(patch, block, lane, row, layer, w, slope)
     type(solid_patch_t), intent(in) :: patch
-    integer, intent(in) :: element(3), point(3)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: lane, row, layer
     real(wp), intent(out) :: w, slope(3)
-    real(wp) :: value1, value2, value3, slope1, slope2, slope3, control
+    real(wp) :: one(patch%axes(1)%degree + 1, 0:2), two(patch%axes(2)%degree + 1, 0:2)
+    real(wp) :: value3, slope3, control
     integer :: i, j, k, first(3)
 
-    first = [patch%axes(1)%first(element(1)), patch%axes(2)%first(element(2)), &
-             patch%axes(3)%first(element(3))] - 1
+    call basis_at(patch, block, lane, row, one, two)
+    first = [patch%lanes%first(lane, block%b), patch%axes(2)%first(block%e2), &
+             patch%axes(3)%first(block%e3)] - 1
     w = 0.0_wp
     slope = 0.0_wp
     do k = 1, patch%axes(3)%degree + 1
-      value3 = patch%axes(3)%values(k, point(3), element(3))
-      slope3 = patch%axes(3)%slopes(k, point(3), element(3))
+      value3 = patch%axes(3)%values(k, layer, block%e3)
+      slope3 = patch%axes(3)%slopes(k, layer, block%e3)
       do j = 1, patch%axes(2)%degree + 1
-        value2 = patch%axes(2)%values(j, point(2), element(2))
-        slope2 = patch%axes(2)%slopes(j, point(2), element(2))
         do i = 1, patch%axes(1)%degree + 1
-          value1 = patch%axes(1)%values(i, point(1), element(1))
-          slope1 = patch%axes(1)%slopes(i, point(1), element(1))
           control = patch%weights(first(1) + i, first(2) + j, first(3) + k)
-          w = w + value1*value2*value3*control
-          slope = slope + control*[slope1*value2*value3, value1*slope2*value3, &
-                                   value1*value2*slope3]
+          w = w + one(i, 0)*two(j, 0)*value3*control
+          slope = slope + control*[one(i, 1)*two(j, 0)*value3, one(i, 0)*two(j, 1)*value3, &
+                                   one(i, 0)*two(j, 0)*slope3]
         end do
       end do
     end do
