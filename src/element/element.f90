@@ -6,7 +6,7 @@
 module element
   use kinds, only: wp
   use failure, only: error_t, fail
-  use text, only: string_t, to_text, append_text
+  use text, only: string_t, to_text, append_text, counted
   use state_store, only: state_store_t, carry_field
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t, solid_face, evaluate_solid
@@ -19,7 +19,8 @@ module element
 
   public :: point_coordinates, next_element, grid_number, merge_reports
   public :: jacobian_in_span
-  public :: carry_motion, stored_motion, new_nodal_fields, describe_grid, read_layer, add_to_layer
+  public :: carry_motion, stored_motion, new_nodal_fields, describe_grid, describe_outline
+  public :: read_layer, add_to_layer
 
   !> Fields on the control points, shape (n1, n2, n3, 3).
   type, public :: motion_t
@@ -61,6 +62,7 @@ module element
     !> Factors on the mass of differences through the thickness, (n1, n2); see `thickness_masses`.
     real(wp), allocatable :: column_factor(:, :)
     type(motion_t) :: motion
+    logical :: can_be_cut = .false.            !! by outlines, see `trim`
     !> Of a sheet with an outline: what of it is there, in the parameters of axes 1 and 2, and the
     !! control points that follow others at its edge.
     type(region_t), allocatable :: regions(:)
@@ -87,6 +89,7 @@ module element
     procedure :: read_points => read_elements
     procedure :: read_resultants => no_resultants
     procedure :: jacobian => jacobian_of_grid
+    procedure :: place_along_sheet => place_of_rule
     procedure :: surface => surface_of_grid
     procedure :: body => grid_of_body
     procedure :: body_motion => motion_of_grid
@@ -401,8 +404,18 @@ contains
     integer :: axis, span(3)
 
     span = [(span_of(grid%axes(axis)%knots, grid%axes(axis)%degree, element(axis)), axis=1, 3)]
-    call jacobian_in_span(grid, span, [(self%rule(axis)%points(point(axis)), axis=1, 3)], j, x)
+    call jacobian_in_span(grid, span, [self%place_along_sheet(element, point), &
+                                       self%rule(3)%points(point(3))], j, x)
   end subroutine jacobian_of_grid
+
+  !> Coordinates along axes 1 and 2 of an integration point in its element, from -1 to 1.
+  pure function place_of_rule(self, element, point) result(place)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: element(3), point(3)
+    real(wp) :: place(2)
+
+    place = [self%rule(1)%points(point(1)), self%rule(2)%points(point(2))]
+  end function place_of_rule
 
   !> Jacobian by element-local coordinates, and place, in the element between the knots `span` and
   !! `span + 1`.
@@ -456,6 +469,19 @@ contains
                             triple(q)//"), kernel "//self%kernel_name())
   end subroutine describe_grid
 
+  !> One more line for a sheet with an outline.
+  subroutine describe_outline(self, lines)
+    class(element_t), intent(in) :: self
+    type(string_t), allocatable, intent(inout) :: lines(:)
+
+    if (.not. allocated(self%ties%share)) return
+    associate (share => self%ties%share)
+      call append_text(lines, "outline          "//counted(count(share > 0.0_wp), "element")// &
+        " inside, "//to_text(count(share > 0.0_wp .and. share < 1.0_wp))//" of them cut; "// &
+        counted(self%ties%n, "control point")//" at the edge without motion of their own")
+    end associate
+  end subroutine describe_outline
+
   pure function triple(n) result(text)
     integer, intent(in) :: n(3)
     character(:), allocatable :: text
@@ -484,15 +510,15 @@ contains
     end associate
   end function element_of_number
 
-  !> Keep what lies in these regions as well as in those before. Mass, stress and state of what
-  !! stays are kept; the inertia of all parts is to be set anew.
+  !> Keep what lies in these regions as well as in those before, where `can_be_cut` says so. Mass,
+  !! stress and state of what stays are kept; the inertia of all parts is to be set anew.
   subroutine no_trim(self, regions, law, error)
     class(element_t), intent(inout) :: self
     type(region_t), intent(in) :: regions(:)       !! in the parameters of axes 1 and 2
     class(block_law_t), intent(in) :: law
     type(error_t), allocatable, intent(out) :: error
 
-    call fail(error, "an outline of elements that are not shells")
+    call fail(error, "an outline of elements that cannot be cut")
   end subroutine no_trim
 
   !> Does an element lie outside of the outline?

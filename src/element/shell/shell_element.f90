@@ -2,28 +2,26 @@
 !! integration points in plane stress. docs/shells.md has the formulas and their sources.
 module shell_element
   use kinds, only: wp
-  use failure, only: error_t, fail
+  use failure, only: error_t
   use linear_algebra, only: cross
   use state_store, only: state_store_t, carry, carry_field
-  use text, only: string_t, append_text, rounded_text, counted, to_text
+  use text, only: string_t, append_text, rounded_text, counted
   use gauss_rule, only: gauss_rule_t
-  use knot_vector, only: knot_vector_t, linear_axis, breaks
-  use outline, only: region_t, join_regions, cut_cells, n_moments
-  use outline_ties, only: new_outline_ties, give_mass, lead_points
+  use knot_vector, only: knot_vector_t, linear_axis
+  use outline_ties, only: lead_points
   use nurbs_solid, only: nurbs_solid_t, solid_face
   use nurbs_surface, only: nurbs_surface_t
   use block_law, only: block_law_t
   use elastic, only: elastic_t
   use basis_tables, only: n_lanes
-  use element, only: force_report_t, element_t, jacobian_in_span, describe_grid, read_layer, &
-                     add_to_layer
+  use element, only: force_report_t, element_t, jacobian_in_span, describe_grid, describe_outline, &
+                     read_layer, add_to_layer
   use lumped_mass, only: new_lumped_mass
   use solid_patch, only: solid_patch_t, shell_points_t, row_of_point, lane_of_element, &
-                         place_of_point, block_at, basis_at, local_place
+                         place_of_point, block_at, basis_at
   use patch_setup, only: new_tile_buffers
-  use patch_points, only: new_given_fields
   use solid_element, only: solid_element_t
-  use shell_outline, only: mass_inside, carry_over, least_share, distances_inside
+  use shell_outline, only: mass_inside, carry_over, share_of_leaders
   use shell_setup, only: shortest_length, mid_surface, new_shell_patch, damp_bending_of
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces
@@ -36,13 +34,10 @@ module shell_element
 
   public :: new_shell_element
 
-  integer, parameter :: most_away = 3   !! elements from a follower inside an outline to its leader
-
   !> A mid-surface; its grid has one control point across.
   type, extends(solid_element_t), public :: shell_element_t
     type(shell_points_t) :: points
     type(nurbs_solid_t) :: sheet            !! the sheet as a solid at the start
-    real(wp) :: density = 0.0_wp            !! of the law, without what scaling has added
     type(shell_faces_t) :: faces            !! what belongs to the shape of the last look at them
     integer :: seen = -2                    !! force evaluations before that look, -2: none yet
     !> At the control points when it was last looked at, see `look_at_faces`, (n1, n2) [length].
@@ -52,7 +47,10 @@ module shell_element
     real(wp), allocatable :: start_faces(:, :, :, :)   !! control points of both at the start
     type(through_fields_t) :: through
   contains
-    procedure :: trim
+    procedure :: cut_at_rest
+    procedure :: take_cut
+    procedure :: mass_now
+    procedure :: sheet_at_start
     procedure :: forces
     procedure :: trial_forces
     procedure :: end_forces => trial_forces
@@ -111,7 +109,8 @@ contains
     call new_shell_faces(element%faces, element%grid%axes(:2), element%grid%weights(:, :, 1))
     element%density = law%density
     allocate (element%mass, mold=element%grid%weights)
-    element%mass = mass_now(element)
+    element%mass = element%mass_now()
+    element%can_be_cut = .true.
     call new_through_fields(element%patch, element%points, element%through)
     element%thickness = thickness_of(element)
     allocate (element%thickening, source=0.0_wp*element%thickness)
@@ -128,76 +127,46 @@ contains
     end associate
   end subroutine new_shell_element
 
-  subroutine trim(self, regions, law, error)
-    class(shell_element_t), intent(inout) :: self
-    type(region_t), intent(in) :: regions(:)
+  subroutine cut_at_rest(self, moments, law, cut, error)
+    class(shell_element_t), intent(in) :: self
+    real(wp), intent(in) :: moments(:, :, :)
     class(block_law_t), intent(in) :: law
+    class(solid_element_t), allocatable, intent(out) :: cut
     type(error_t), allocatable, intent(out) :: error
-    type(region_t), allocatable :: all_regions(:)
-    type(solid_patch_t) :: patch
-    type(shell_points_t) :: points
-    real(wp) :: moments(n_moments, self%n_elements(1), self%n_elements(2)), before, least
+    type(shell_element_t), allocatable :: shell
 
-    call join_regions(self%regions, regions, all_regions)
-    associate (axes => self%grid%axes, viscosity => self%patch%viscosity)
-      call cut_cells(all_regions, breaks(axes(1)), breaks(axes(2)), moments)
-      if (.not. any(moments(1, :, :) > 0.0_wp)) then
-        call fail(error, "curves that leave nothing of the sheet")
-        return
-      end if
-      call new_shell_patch(patch, points, self%sheet, self%grid, self%rule, law, &
+    allocate (shell)
+    associate (viscosity => self%patch%viscosity)
+      call new_shell_patch(shell%patch, shell%points, self%sheet, self%grid, self%rule, law, &
                            [viscosity%linear, viscosity%quadratic], error, moments)
       if (allocated(error)) return
-      if (viscosity%bending > 0.0_wp) call damp_bending_of(patch, points, viscosity%bending)
-      patch%n_fields = self%patch%n_fields
-      if (self%n_fields > 0) call new_given_fields(patch, self%n_fields)
-      before = sum(self%mass)/sum(mass_now(self))
-      ! Of the sheet at the start, so that a restart comes to the same.
-      least = least_share(maxval(points%thickness), shortest_length(points))
-      call new_outline_ties(axes(:2), patch%axes(1)%first, patch%axes(2)%first, &
-                            0.25_wp*moments(1, :, :), least, self%ties)
-      if (.not. any(self%ties%is_free)) then
-        call fail(error, "curves that leave nothing but slivers of the sheet")
-        return
-      end if
-      ! A rigid motion of the leaders must be one of all: slivers are laid as they continue these.
-      call lead_points(self%ties, self%motion%x)
-      call carry_over(self%patch, self%points, self%motion%x, patch, points)
-      patch%viscosity%density = viscosity%density
-      patch%viscosity%wave_speed = viscosity%wave_speed
+      if (viscosity%bending > 0.0_wp) &
+        call damp_bending_of(shell%patch, shell%points, viscosity%bending)
     end associate
-    self%patch = patch
-    self%points = points
-    call move_alloc(all_regions, self%regions)
-    self%n_evaluated = n_lanes*product(self%rule%n)*patch%n_blocks
-    self%buffers = new_tile_buffers(patch)
-    self%mass = before*mass_now(self)
-    call give_mass(self%ties, self%mass)
-    self%edge_distance = distances_inside(self%sheet, self%regions, self%ties%share)
-    call renew_faces(self)
-    if (self%ties%farthest > most_away) call fail(error, "curves that leave a part of the "// &
-      "sheet narrower than an element, apart from those with more than "// &
-      rounded_text(100.0_wp*least)//" % of their area inside")
-  end subroutine trim
+    shell%least_share = share_of_leaders(maxval(shell%points%thickness), &
+                                         shortest_length(shell%points))
+    call move_alloc(shell, cut)
+  end subroutine cut_at_rest
 
-  !> Fields of the faces for a patch that has changed. The normal stress of contact begins anew with
-  !! the next increment.
-  subroutine renew_faces(self)
-    type(shell_element_t), intent(inout) :: self
-    integer :: c
+  !> The normal stress of contact begins anew with the next increment.
+  subroutine take_cut(self, cut)
+    class(shell_element_t), intent(inout) :: self
+    class(solid_element_t), intent(inout) :: cut
 
+    select type (cut)
+    type is (shell_element_t)
+      call carry_over(self%patch, self%points, self%motion%x, cut%patch, cut%points)
+      self%patch = cut%patch
+      self%points = cut%points
+    end select
     call new_through_fields(self%patch, self%points, self%through)
-    self%seen = min(self%seen, self%patch%increment - 2)   ! they are looked at anew
+    self%seen = min(self%seen, self%patch%increment - 2)   ! faces are looked at anew
     self%thickness = thickness_of(self)
-    do c = 1, 3
-      where (self%ties%is_idle) self%motion%v(:, :, 1, c) = 0.0_wp
-    end do
-  end subroutine renew_faces
+  end subroutine take_cut
 
-  !> Lumped mass of the control points, without what scaling has added.
   function mass_now(self) result(mass)
     class(shell_element_t), intent(in) :: self
-    real(wp) :: mass(size(self%mass, 1), size(self%mass, 2), 1)
+    real(wp) :: mass(size(self%mass, 1), size(self%mass, 2), size(self%mass, 3))
 
     if (self%patch%lanes%is_trimmed) then
       mass = mass_inside(self%patch, self%points, self%sheet, self%density)
@@ -205,6 +174,13 @@ contains
       mass = reshape(sum(new_lumped_mass(self%sheet, self%density), 3), shape(mass))
     end if
   end function mass_now
+
+  pure function sheet_at_start(self) result(sheet)
+    class(shell_element_t), intent(in) :: self
+    type(nurbs_solid_t) :: sheet
+
+    sheet = self%sheet
+  end function sheet_at_start
 
   subroutine forces(self, law, dt, report)
     class(shell_element_t), intent(inout) :: self
@@ -492,18 +468,13 @@ contains
     type(nurbs_solid_t), intent(in) :: grid
     integer, intent(in) :: element(3), point(3)
     real(wp), intent(out) :: j(3, 3), x(3)
-    real(wp) :: local(2)
     integer :: at(2), axis, span(3)
 
     at = lane_of_element(self%patch, element)
-    local = local_place(self%patch, block_at(self%patch, at(1)), at(2), &
-                        row_of_point(self%rule%n, point))
-    if (self%is_outside(element)) &
-      local = [(self%rule(axis)%points(point(axis)), axis=1, 2)]
     span(:2) = [(self%patch%axes(axis)%first(element(axis)) + self%patch%axes(axis)%degree, &
                  axis=1, 2)]
     span(3) = 1
-    call jacobian_in_span(grid, span, [local, 0.0_wp], j, x)
+    call jacobian_in_span(grid, span, [self%place_along_sheet(element, point), 0.0_wp], j, x)
     j(:, 3) = cross(j(:, 1), j(:, 2))
     j(:, 3) = 0.5_wp*self%points%thickness(at(2), row_of_point(self%rule%n, point), at(1)) &
               *j(:, 3)/norm2(j(:, 3))
@@ -734,12 +705,7 @@ contains
       words = words//" to "//rounded_text(maxval(self%points%thickness))
     call append_text(lines, "shell            thickness "//words//", "//counted(self%rule(3)%n, &
                             "layer"))
-    if (.not. allocated(self%ties%share)) return
-    associate (share => self%ties%share)
-      call append_text(lines, "outline          "//counted(count(share > 0.0_wp), "element")// &
-        " inside, "//to_text(count(share > 0.0_wp .and. share < 1.0_wp))//" of them cut; "// &
-        counted(self%ties%n, "control point")//" at the edge without motion of their own")
-    end associate
+    call describe_outline(self, lines)
   end subroutine describe
 
   subroutine carry_shell(self, store)

@@ -1,18 +1,25 @@
 !> Solid elements: a patch worked by the block kernels.
 module solid_element
   use kinds, only: wp
-  use failure, only: error_t
+  use failure, only: error_t, fail
   use state_store, only: state_store_t, carry, carry_field
   use gauss_rule, only: gauss_rule_t
+  use knot_vector, only: breaks
+  use outline, only: region_t, join_regions, cut_cells, n_moments
+  use outline_ties, only: new_outline_ties, give_mass, lead_points
   use nurbs_solid, only: nurbs_solid_t
-  use text, only: to_text
+  use text, only: string_t, to_text, rounded_text
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
-  use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields
+  use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields, &
+                     describe_grid, describe_outline
   use solid_patch, only: solid_patch_t, tile_buffer_t, element_of_lane, lane_of_element, &
-                      is_counted_lane, block_number, row_of_point, place_of_point
+                      is_counted_lane, block_at, block_number, row_of_point, place_of_point, &
+                      local_place
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
-  use patch_setup, only: new_patch, new_tile_buffers, element_patch, check_shape
+  use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
+  use patch_outline, only: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, &
+                           carry_point_state, distances_inside
   use patch_points, only: new_point_volumes, energy_of_points, new_given_fields, spread_to_points
   use solid_forces, only: internal_forces
   use solid_stiffness, only: stiffness_of_solids
@@ -23,13 +30,27 @@ module solid_element
 
   public :: new_solid_element, cut_out
 
+  integer, parameter :: most_away = 3   !! elements from a follower inside an outline to its leader
+
   !> A solid patch.
   type, extends(element_t), public :: solid_element_t
     type(solid_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
     logical :: has_own_points = .true.           !! a block needs nothing but its own points
     real(wp), allocatable :: volumes(:, :, :, :)   !! of the points at the start, when asked for
+    real(wp) :: density = 0.0_wp                   !! of the law, without what scaling has added
+    !> Share of an element's area inside an outline from which on its control points move for
+    !! themselves. Slivers do not shorten the time increment of solids, but static steps take more
+    !! iterations the smaller the ones are whose points are free.
+    real(wp) :: least_share = 0.3_wp
   contains
+    procedure :: trim
+    procedure :: cut_at_rest
+    procedure :: take_cut
+    procedure :: mass_now
+    procedure :: sheet_at_start
+    procedure :: place_along_sheet
+    procedure :: describe
     procedure :: forces
     procedure :: trial_forces
     procedure :: n_stiffness_blocks
@@ -84,6 +105,8 @@ contains
     element%n_evaluated = n_lanes*product(element%rule%n)*element%patch%n_blocks
     element%shortest = element%patch%shortest
     element%has_viscosity = element%patch%viscosity%is_active
+    element%can_be_cut = .true.
+    element%density = law%density
     element%buffers = new_tile_buffers(element%patch)
     element%mass = new_lumped_mass(grid, law%density)
     associate (motion => element%motion)
@@ -94,6 +117,134 @@ contains
       motion%external_force = 0.0_wp
     end associate
   end subroutine new_solid_element
+
+  !> The same for all kinds that can be cut. What they do in their own way follows.
+  subroutine trim(self, regions, law, error)
+    class(solid_element_t), intent(inout) :: self
+    type(region_t), intent(in) :: regions(:)
+    class(block_law_t), intent(in) :: law
+    type(error_t), allocatable, intent(out) :: error
+    type(region_t), allocatable :: all_regions(:)
+    class(solid_element_t), allocatable :: cut
+    real(wp) :: moments(n_moments, self%n_elements(1), self%n_elements(2)), before, least
+    integer :: c, k
+
+    call join_regions(self%regions, regions, all_regions)
+    associate (axes => self%grid%axes)
+      call cut_cells(all_regions, breaks(axes(1)), breaks(axes(2)), moments)
+      if (.not. any(moments(1, :, :) > 0.0_wp)) then
+        call fail(error, "curves that leave nothing of the sheet")
+        return
+      end if
+      call self%cut_at_rest(moments, law, cut, error)
+      if (allocated(error)) return
+      if (self%n_fields > 0) call new_given_fields(cut%patch, self%n_fields)
+      before = sum(self%mass)/sum(self%mass_now())
+      ! Of the sheet at the start, so that a restart comes to the same.
+      least = cut%least_share
+      call new_outline_ties(axes(:2), cut%patch%axes(1)%first, cut%patch%axes(2)%first, &
+                            0.25_wp*moments(1, :, :), least, self%ties)
+    end associate
+    if (.not. any(self%ties%is_free)) then
+      call fail(error, "curves that leave nothing but slivers of the sheet")
+      return
+    end if
+    ! A rigid motion of the leaders must be one of all: slivers are laid as they continue these.
+    call lead_points(self%ties, self%motion%x)
+    call self%take_cut(cut)
+    call move_alloc(all_regions, self%regions)
+    self%n_evaluated = n_lanes*product(self%rule%n)*self%patch%n_blocks
+    self%buffers = new_tile_buffers(self%patch)
+    self%mass = before*self%mass_now()
+    call give_mass(self%ties, self%mass)
+    self%edge_distance = distances_inside(self%sheet_at_start(), self%regions, self%ties%share)
+    do c = 1, 3
+      do k = 1, size(self%mass, 3)
+        where (self%ties%is_idle) self%motion%v(:, :, k, c) = 0.0_wp
+      end do
+    end do
+    if (self%ties%farthest > most_away) call fail(error, "curves that leave a part of the "// &
+      "sheet narrower than an element, apart from those with more than "// &
+      rounded_text(100.0_wp*least)//" % of their area inside")
+  end subroutine trim
+
+  !> What an outline keeps, without stress: the patch and `least_share` alone are set.
+  subroutine cut_at_rest(self, moments, law, cut, error)
+    class(solid_element_t), intent(in) :: self
+    real(wp), intent(in) :: moments(:, :, :)             !! of the elements, see `cut_cells`
+    class(block_law_t), intent(in) :: law
+    class(solid_element_t), allocatable, intent(out) :: cut
+    type(error_t), allocatable, intent(out) :: error
+
+    allocate (solid_element_t :: cut)
+    call new_cut_patch(cut%patch, self%patch, self%grid, moments, law, error)
+  end subroutine cut_at_rest
+
+  !> Go on with the patch of `cut_at_rest`: stress and state of whole elements are those before to
+  !! the last bit, a point of a cut one takes those of the nearest point of the element.
+  subroutine take_cut(self, cut)
+    class(solid_element_t), intent(inout) :: self
+    class(solid_element_t), intent(inout) :: cut
+    integer :: b, l, row
+
+    associate (old => self%patch, patch => cut%patch)
+      call carry_clock(old, patch)
+      do b = 1, patch%n_blocks
+        do l = 1, n_lanes
+          do row = 1, product(self%rule(:2)%n)
+            call carry_point_state(old, origin_of_point(old, patch, block_at(patch, b), l, row), &
+                                   b, l, row, patch)
+          end do
+        end do
+      end do
+    end associate
+    self%patch = cut%patch
+    if (allocated(self%volumes)) deallocate (self%volumes)
+  end subroutine take_cut
+
+  !> Lumped mass of the control points, without what scaling has added.
+  function mass_now(self) result(mass)
+    class(solid_element_t), intent(in) :: self
+    real(wp) :: mass(size(self%mass, 1), size(self%mass, 2), size(self%mass, 3))
+
+    if (self%patch%lanes%is_trimmed) then
+      mass = 0.0_wp
+      call add_whole_masses(self%patch, self%grid, self%density, mass)
+      call add_cut_masses(self%patch, self%grid, self%density, mass)
+    else
+      mass = new_lumped_mass(self%grid, self%density)
+    end if
+  end function mass_now
+
+  !> The sheet as a solid at the start.
+  pure function sheet_at_start(self) result(sheet)
+    class(solid_element_t), intent(in) :: self
+    type(nurbs_solid_t) :: sheet
+
+    sheet = self%grid
+  end function sheet_at_start
+
+  !> Where an outline cuts, points lie elsewhere.
+  pure function place_along_sheet(self, element, point) result(place)
+    class(solid_element_t), intent(in) :: self
+    integer, intent(in) :: element(3), point(3)
+    real(wp) :: place(2)
+    integer :: at(2)
+
+    place = [self%rule(1)%points(point(1)), self%rule(2)%points(point(2))]
+    if (.not. self%patch%lanes%is_trimmed .or. self%is_outside(element)) return
+    at = lane_of_element(self%patch, element)
+    place = local_place(self%patch, block_at(self%patch, at(1)), at(2), &
+                        row_of_point(self%rule%n, point))
+  end function place_along_sheet
+
+  subroutine describe(self, lines)
+    class(solid_element_t), intent(in) :: self
+    type(string_t), allocatable, intent(inout) :: lines(:)
+
+    call describe_grid(self, lines)
+    call describe_outline(self, lines)
+  end subroutine describe
 
   subroutine forces(self, law, dt, report)
     class(solid_element_t), intent(inout) :: self
@@ -270,7 +421,32 @@ contains
       end do
     end do
     !$omp end parallel do
+    if (self%patch%lanes%is_trimmed) call read_outside(self, eqps_state, eqps, stress, state)
   end subroutine read_points
+
+  !> Outside of an outline the values of the nearest elements inside, with which means over elements
+  !! agree.
+  pure subroutine read_outside(self, eqps_state, eqps, stress, state)
+    class(solid_element_t), intent(in) :: self
+    integer, intent(in) :: eqps_state
+    real(wp), intent(inout) :: eqps(:, :, :, :, :, :)
+    real(wp), intent(inout) :: stress(:, :, :, :, :, :, :), state(:, :, :, :, :, :, :)
+    integer :: e1, e2, e3, from(3)
+
+    do e3 = 1, self%n_elements(3)
+      do e2 = 1, self%n_elements(2)
+        do e1 = 1, self%n_elements(1)
+          if (.not. self%is_outside([e1, e2, e3])) cycle
+          associate (at => lane_of_element(self%patch, [e1, e2, e3]))
+            from = element_of_lane(self%patch, at(1), at(2))
+          end associate
+          stress(:, :, :, :, e1, e2, e3) = stress(:, :, :, :, from(1), from(2), from(3))
+          state(:, :, :, :, e1, e2, e3) = state(:, :, :, :, from(1), from(2), from(3))
+          if (eqps_state > 0) eqps(:, :, :, e1, e2, e3) = eqps(:, :, :, from(1), from(2), from(3))
+        end do
+      end do
+    end do
+  end subroutine read_outside
 
   pure subroutine read_element(self, element, stress, state)
     class(solid_element_t), intent(in) :: self

@@ -4,6 +4,7 @@ module element_cases
   use failure, only: error_t
   use knot_vector, only: knot_vector_t, new_knot_vector, greville
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
+  use outline, only: polygon_t, region_t, new_region
   use block_law, only: block_law_t
   use elastic, only: elastic_t, new_elastic
   use gauss_rule, only: gauss_rule_t
@@ -21,7 +22,7 @@ module element_cases
 
   public :: axis_with, box, bent, weighted, quarter_ring, patch_of, viscous_patch_of, body_of
   public :: evaluate, element_with, part_with, projected_of, patch_stiffness
-  public :: steel, scatter, affine_field
+  public :: steel, scatter, affine_field, circle
 
   !> Internal forces of a patch with buffers of its own, or of an element.
   interface evaluate
@@ -131,6 +132,20 @@ contains
     type(elastic_t) :: law
     law = new_elastic(7.85e-9_wp, 2.1e5_wp, 0.3_wp)
   end function steel
+
+  !> What lies within, or outside of, a circle in the parameters.
+  subroutine circle(x, y, radius, is_outside, region)
+    real(wp), intent(in) :: x, y, radius
+    logical, intent(in) :: is_outside
+    type(region_t), intent(out) :: region
+    type(polygon_t) :: polygon(1)
+    real(wp), parameter :: pi = acos(-1.0_wp)
+    integer, parameter :: n = 5000
+    integer :: i
+    polygon(1)%corners = reshape([(x + radius*cos(2.0_wp*pi*i/n), y + radius*sin(2.0_wp*pi*i/n), &
+                                   i=1, n)], [2, n])
+    call new_region(region, polygon, is_outside)
+  end subroutine circle
 
   !> Patch of a solid with a whole rule and no viscosity.
   function patch_of(solid, n_points, law) result(patch)
