@@ -53,8 +53,6 @@ contains
     end do
     call move_alloc(outlines, scene%outlines)
     if (size(found) == 0) return
-    if (.not. scene%blank%is_shell) call add_error(errors, scene%outlines(1)%origin, &
-      "an outline of a blank of solids", "ELEMENT=SHELL of *BLANK")
     if (allocated(scene%blank%patches)) then
       if (size(scene%blank%patches) > 1) call add_error(errors, scene%outlines(1)%origin, &
         "an outline of a blank of several patches", "a blank of one patch")

@@ -6,9 +6,10 @@ module blank_trim
   use text, only: rounded_text, place_text
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
-  use nurbs_solid, only: evaluate_solid
+  use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use outline, only: polygon_t, region_t, new_region
   use element, only: element_t
+  use shell_setup, only: mid_surface
   use blank, only: blank_t, mass_of
   use body_parts, only: set_inertia, lead_edges
   use effect, only: effect_slot_t
@@ -110,12 +111,16 @@ contains
     real(wp), allocatable, intent(inout) :: places(:, :)
     type(error_t), allocatable, intent(out) :: error
     type(nurbs_surface_t) :: surface
+    type(nurbs_solid_t) :: sheet
     real(wp) :: extent
     integer :: i, plane(2)
 
-    surface%axes = element%grid%axes(:2)
-    surface%weights = element%grid%weights(:, :, 1)
-    surface%points = filled_points(element)
+    sheet = element%grid
+    sheet%points = filled_points(element)
+    sheet = mid_surface(sheet)
+    surface%axes = sheet%axes(:2)
+    surface%weights = sheet%weights(:, :, 1)
+    surface%points = sheet%points(:, :, 1, :)
     plane = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1]
     extent = maxval([(maxval(surface%points(:, :, plane(i))) - minval(surface%points(:, :, &
                       plane(i))), i=1, 2)])
@@ -124,17 +129,16 @@ contains
                         places, error)
   end subroutine project
 
-  !> Control points of the mid-surface. Those outside an outline, or that follow others at its edge,
-  !! are laid beside their neighbours inside as they were at the start, so that curves may leave the
-  !! sheet.
+  !> Control points now. Those outside an outline, or that follow others at its edge, are laid
+  !! beside their neighbours inside as they were at the start, so that curves may leave the sheet.
   pure function filled_points(element) result(points)
     class(element_t), intent(in) :: element
-    real(wp), allocatable :: points(:, :, :)
+    real(wp), allocatable :: points(:, :, :, :)
     integer, parameter :: ways(2, 4) = reshape([-1, 0, 1, 0, 0, -1, 0, 1], [2, 4])
     logical, allocatable :: is_known(:, :), was_known(:, :)
     integer :: i, j, w, at(2)
 
-    points = element%motion%x(:, :, 1, :)
+    points = element%motion%x
     if (.not. allocated(element%ties%is_free)) return
     is_known = element%ties%is_free
     do while (.not. all(is_known))
@@ -146,8 +150,8 @@ contains
             at = [i, j] + ways(:, w)
             if (any(at < 1 .or. at > shape(is_known))) cycle
             if (.not. was_known(at(1), at(2))) cycle
-            points(i, j, :) = points(at(1), at(2), :) + element%grid%points(i, j, 1, :) &
-                              - element%grid%points(at(1), at(2), 1, :)
+            points(i, j, :, :) = points(at(1), at(2), :, :) + element%grid%points(i, j, :, :) &
+                                 - element%grid%points(at(1), at(2), :, :)
             is_known(i, j) = .true.
           end do
         end do

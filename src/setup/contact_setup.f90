@@ -34,6 +34,7 @@ module contact_setup
   character(8), parameter :: face_names(6) = ["XI_MIN  ", "XI_MAX  ", "ETA_MIN ", "ETA_MAX ", &
                                               "ZETA_MIN", "ZETA_MAX"]
 
+  integer, parameter :: first_large = 5         !! faces from here on are the large ones
   integer, parameter :: most_elements = 20000   !! looked at; of more every n-th
 
   !> An element of a face of the blank.
@@ -65,6 +66,11 @@ contains
     if (.not. model%bodies%blank%parts(1)%element%can_touch(face)) then
       call add_error(errors, spec%origin, "FACE="//trim(face_names(face))//", an edge of a shell", &
                      "ZETA_MIN or ZETA_MAX")
+      return
+    end if
+    if (face < first_large .and. any(model%trims%step <= spec%last_step)) then
+      call add_error(errors, spec%origin, "FACE="//trim(face_names(face))// &
+                     ", an edge of a sheet with an outline", "ZETA_MIN or ZETA_MAX")
       return
     end if
     if (all([(scene%blank%patches(p)%is_joined(face), p=1, size(scene%blank%patches))])) then

@@ -252,6 +252,12 @@ contains
                        "a sheet without joints")
         return
       end if
+      if (.not. blank%parts(1)%element%can_be_cut) then
+        call add_error(errors, scene%outlines(1)%origin, "an outline of solids with "// &
+                       "PROJECTION, or of a user or hyperelastic material", "ELEMENT=SHELL, or "// &
+                       "no PROJECTION and another material")
+        return
+      end if
     end associate
     do i = 1, size(model%trims)
       associate (spec => scene%outlines(i), trim => model%trims(i))

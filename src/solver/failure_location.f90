@@ -84,6 +84,7 @@ contains
         e = [0, 1, 1]
         do n = 1, product(element%n_elements)
           call next_element(element%n_elements, e)
+          if (element%is_outside(e)) cycle
           at = [0, 1, 1]
           do m = 1, product(element%rule%n)
             call next_element(element%rule%n, at)
@@ -120,6 +121,7 @@ contains
         e = [0, 1, 1]
         do n = 1, product(element%n_elements)
           call next_element(element%n_elements, e)
+          if (element%is_outside(e)) cycle
           call element%read_element(e, stress, state)
           point = most_strained(blank%law, stress, state)
           if (point(1) == 0) cycle
