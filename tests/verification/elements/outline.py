@@ -132,8 +132,8 @@ def main():
             case.rate("rate of the frequency", sizes, errors, 1.8, 2.3)
         lines.append((f"free disk, {element}", style, sizes, np.abs(errors)))
         ends.append(chain(case, element))
-        same_bits(case, "trim_chain", 2, 3, element=element)   # it swings, after the second cut
-    same_bits(case, "trim_chain", 1, 3)
+    same_bits(case, "trim_chain", 1, 3, element=SHELLS)
+    same_bits(case, "trim_chain", 2, 3, element=SOLIDS)        # it swings, after the second cut
     pieces(case)
     for name, of_shells, of_solids, limit in zip(("curvature", "mean thinning"), *ends,
                                                  (0.05, 0.03)):
