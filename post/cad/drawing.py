@@ -115,9 +115,8 @@ def curves_of(drawing, arguments):
               if layer.is_off() or layer.is_frozen()}
     wanted = [word.strip().lower() for word in (arguments.layer or "").split(",") if word.strip()]
     curves, skipped, layers = [], Counter(), set()
-    for entity in plain_entities(drawing.modelspace()):
-        layer = entity.dxf.get("layer", "0")
-        if layer.lower() in hidden or entity.dxf.get("invisible", 0):
+    for entity, layer, is_shown in plain_entities(drawing.modelspace(), hidden):
+        if not is_shown:
             skipped["hidden " + entity.dxftype()] += 1
             continue
         layers.add(layer)
@@ -140,14 +139,20 @@ def curves_of(drawing, arguments):
     return curves, skipped
 
 
-def plain_entities(entities):
-    """Entities with those of blocks that are inserted."""
+def plain_entities(entities, hidden, of_insert="0"):
+    """Entities with those of blocks that are inserted, their layers and whether they are shown.
+
+    What a block has on layer 0 is on that of the insert; hidden inserts come as a whole."""
     for entity in entities:
-        if entity.dxftype() == "INSERT":
+        layer = entity.dxf.get("layer", "0")
+        if layer == "0":
+            layer = of_insert
+        is_shown = layer.lower() not in hidden and not entity.dxf.get("invisible", 0)
+        if entity.dxftype() == "INSERT" and is_shown:
             for one in entity.multi_insert() if entity.mcount > 1 else [entity]:
-                yield from plain_entities(one.virtual_entities())
+                yield from plain_entities(one.virtual_entities(), hidden, layer)
         else:
-            yield entity
+            yield entity, layer, is_shown
 
 
 def pieces_of(entity):

@@ -123,15 +123,15 @@ class Spline(Piece):
 
 def chained(curves, gap):
     """Closed loops of pieces; those in the other sense come as (piece, True)."""
-    left, loops = list(curves), []
-    while left:
+    left, loops = sorted(curves, key=lambda piece: is_short(piece, gap)), []
+    while left and not is_short(left[0], gap):
         piece = left.pop(0)
         loop, (start, end) = [(piece, False)], piece.ends
         while np.linalg.norm(end - start) > gap:
             found = [(min(np.linalg.norm(x - end) for x in other.ends), i)
                      for i, other in enumerate(left)]
-            near = [i for distance, i in found if distance <= gap]
-            if len(near) != 1:
+            near = [i for distance, i in sorted(found) if distance <= gap]
+            if not near or sum(not is_short(left[i], gap) for i in near) > 1:
                 refuse(loop[-1][0], end, start, piece, near, found, left, gap)
             piece_next = left.pop(near[0])
             first, last = piece_next.ends
@@ -140,6 +140,12 @@ def chained(curves, gap):
             loop.append((piece_next, is_turned))
         loops.append(loop)
     return loops
+
+
+def is_short(piece, gap):
+    """Is a piece too short to be a curve of its own? It may be a part of one, or lie in its gap."""
+    corners = piece.corners(gap)
+    return (np.ptp(corners, axis=0) <= gap).all()
 
 
 def refuse(piece, end, start, first, near, found, left, gap):

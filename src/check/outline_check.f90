@@ -39,8 +39,8 @@ contains
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)
           if (is_told(i)) call add_warning(errors, model%watched(i)%origin, &
-            model%watched(i)%what//", of which *TRIM, NAME="//trim%name//" in step "// &
-            to_text(trim%step)//" leaves nothing", "a place inside its curves, or nothing "// &
+            model%watched(i)%what//", which lies in what *TRIM, NAME="//trim%name//" in step "// &
+            to_text(trim%step)//" cuts away", "a place inside its curves, or nothing "// &
             "there from that step on")
         end do
       end associate
@@ -96,14 +96,14 @@ contains
     type(trim_t), intent(in) :: trim
     class(element_t), intent(in) :: element
     real(wp), intent(in) :: distance              !! [length]
-    type(region_t) :: region
+    type(region_t) :: regions(1)
     logical, allocatable :: counts(:, :)
     real(wp), allocatable :: lines1(:), lines2(:)
     real(wp) :: x(3)
     integer :: i, j, plane(2)
 
     plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
-    call new_region(region, trim%polygons, trim%is_outside)
+    call new_region(regions(1), trim%polygons, trim%is_outside)
     lines1 = breaks(element%grid%axes(1))
     lines2 = breaks(element%grid%axes(2))
     if (allocated(watched%points)) then
@@ -123,7 +123,7 @@ contains
           call evaluate_solid(element%grid, [0.5_wp*(lines1(i) + lines1(i + 1)), &
                                              0.5_wp*(lines2(j) + lines2(j + 1)), 0.5_wp], x)
         end if
-        if (inside_distance([region], x(plane), [1.0_wp, 1.0_wp]) >= -distance) return
+        if (inside_distance(regions, x(plane), [1.0_wp, 1.0_wp]) >= -distance) return
       end do
     end do
     is_beyond = .true.

@@ -66,7 +66,7 @@ contains
   subroutine check_options(record, errors)
     type(record_t), intent(in) :: record
     type(error_list_t), intent(inout) :: errors
-    character(*), parameter :: of_near(3) = [character(6) :: "SIZE", "MARGIN", "RATIO"]
+    character(*), parameter :: of_near(2) = [character(6) :: "SIZE", "MARGIN"]
     integer :: i
 
     if (is_option_given(record, "NEAR")) then
@@ -74,12 +74,16 @@ contains
         "no option SIZE", "SIZE=length of the elements near the tool")
       if (option_integer(record, "AXIS") == 3) call add_error(errors, record%origin, &
         "AXIS=3 with NEAR", "AXIS=1, 2 or none: both")
+      if (is_option_given(record, "AXIS")) return
+      if (option_integer(record, "ELEVATE") > 0 .or. option_integer(record, "SUBDIVIDE") > 1 .or. &
+          record%n_lines > 0) call add_error(errors, record%origin, &
+        "ELEVATE, SUBDIVIDE or knots with NEAR for both axes", &
+        "AXIS=1 or 2, or a *REFINE of its own")
       return
     end if
     if (.not. is_option_given(record, "AXIS")) call add_error(errors, record%origin, &
       "no option AXIS", "AXIS=1, 2 or 3")
     do i = 1, size(of_near)
-      if (trim(of_near(i)) == "RATIO") cycle   ! it has a default
       if (is_option_given(record, trim(of_near(i)))) call add_error(errors, record%origin, &
         "the option "//trim(of_near(i))//" without NEAR", "NEAR=name of a tool")
     end do

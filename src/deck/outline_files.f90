@@ -125,6 +125,7 @@ contains
     character(:), allocatable :: contents, line
     real(wp) :: x(3)
     integer :: place, number, n_columns, n_before, n_corners, n_bad
+    logical :: has_header
 
     call read_plain_source(path, contents, error)
     if (allocated(error)) then
@@ -136,6 +137,7 @@ contains
     number = 0
     n_corners = 0
     n_bad = 0
+    has_header = .false.
     do while (place <= len(contents) .and. n_bad < most_errors)
       call next_line(contents, place, line)
       number = number + 1
@@ -147,10 +149,13 @@ contains
         if (n_columns == 3) x(:2) = x(plane_of(outline%axis))
         call add_corner(x(:2), curve)
         n_corners = n_corners + 1
-      else if (n_corners > 0 .or. n_bad > 0 .or. scan(line, "0123456789") == 1) then
+      else if (has_header .or. n_corners > 0 .or. n_bad > 0 .or. &
+               scan(line, "0123456789+-.") == 1) then
         n_bad = n_bad + 1
         call add_error(errors, new_origin(path, number, keyword), "`"//line//"`", "two "// &
                        "coordinates as on data lines, or x, y and z, with commas between them")
+      else
+        has_header = .true.
       end if
     end do
     call end_curve(new_origin(path, number, keyword), curve, outline, errors)

@@ -98,7 +98,7 @@ contains
     allocate (loops(0))
     is_used = .false.
     do i = 1, size(lines)
-      if (is_used(i)) cycle
+      if (is_used(i) .or. is_short(lines(i)%corners, tolerance)) cycle
       is_used(i) = .true.
       corners = lines(i)%corners
       last = i
@@ -124,7 +124,15 @@ contains
     end do
   end subroutine chain_lines
 
-  !> The nearest end of the lines that are left.
+  !> Is a line too short to be a curve of its own? It may be a part of one, or lie in its gap.
+  pure logical function is_short(corners, tolerance)
+    real(wp), intent(in) :: corners(:, :), tolerance
+
+    is_short = all(maxval(corners, 2) - minval(corners, 2) <= tolerance)
+  end function is_short
+
+  !> The nearest end of the lines that are left; a branch where two lines begin or end there. Short
+  !! lines are no branches, as both of their ends are near.
   pure subroutine find_next(lines, is_used, place, tolerance, next, is_turned, fault)
     type(polygon_t), intent(in) :: lines(:)
     logical, intent(in) :: is_used(:)
@@ -144,7 +152,8 @@ contains
       associate (corners => lines(i)%corners)
         gaps = [norm2(corners(:, 1) - place), norm2(corners(:, size(corners, 2)) - place)]
       end associate
-      if (minval(gaps) <= tolerance) n_near = n_near + 1
+      if (minval(gaps) <= tolerance .and. .not. is_short(lines(i)%corners, tolerance)) &
+        n_near = n_near + 1
       if (minval(gaps) >= fault%gap) cycle
       next = i
       is_turned = gaps(2) < gaps(1)

@@ -58,7 +58,7 @@ contains
   !> Rotate strain increments from the middle of their step to its end, by half of its spin W:
   !! D + (W D - D W)/2, which is exact to second order in the step. Without it the stress misses a
   !! part of first order wherever rotation and strain go together. Rows in which a point turns far,
-  !! as in static steps, are turned by `turn_far`.
+  !! as in static steps, are turned by `turn_far`, all of their points alike.
   pure subroutine turn_to_end(n, spin, strain, volume)
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23

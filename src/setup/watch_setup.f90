@@ -27,14 +27,14 @@ contains
     allocate (watched(0))
     do i = 1, size(scene%boundaries)
       associate (spec => scene%boundaries(i))
-        watched = [watched, of_set(scene, blank, spec%set, spec%last_step)]
+        call add_set(scene, blank, spec%set, spec%last_step, watched)
         watched(size(watched))%origin = spec%origin
       end associate
     end do
     do i = 1, size(scene%initial_velocities)
       associate (spec => scene%initial_velocities(i))
         if (spec%set == 0) cycle
-        watched = [watched, of_set(scene, blank, spec%set, 1)]
+        call add_set(scene, blank, spec%set, 1, watched)
         watched(size(watched))%origin = spec%origin
       end associate
     end do
@@ -47,18 +47,20 @@ contains
   end subroutine list_watched
 
   !> Control points of a set.
-  function of_set(scene, blank, set, last_step) result(watched)
+  subroutine add_set(scene, blank, set, last_step, watched)
     type(scene_t), intent(in) :: scene
     type(blank_t), intent(in) :: blank
     integer, intent(in) :: set, last_step
-    type(watched_t) :: watched
+    type(watched_t), allocatable, intent(inout) :: watched(:)
     type(members_t), allocatable :: members(:)
+    type(watched_t) :: new
 
-    watched%what = "the set "//scene%sets(set)%name
-    watched%last_step = last_step
+    new%what = "the set "//scene%sets(set)%name
+    new%last_step = last_step
     call find_members(blank, scene%sets(set), members)
-    watched%points = any(members(1)%is_in, 3)
-  end function of_set
+    new%points = any(members(1)%is_in, 3)
+    watched = [watched, new]
+  end subroutine add_set
 
   !> Elements of one of the large faces that a load acts on.
   subroutine add_load(scene, i, watched)
@@ -113,7 +115,7 @@ contains
     end do
   end function element_at
 
-  !> Warn of what the outline leaves nothing of.
+  !> Warn of what lies outside of the outline.
   subroutine warn_of_gone(blank, watched, errors)
     type(blank_t), intent(in) :: blank
     type(watched_t), intent(inout) :: watched(:)
@@ -125,7 +127,7 @@ contains
       if (.not. is_gone(watched(i), blank%parts(1)%element)) cycle
       watched(i)%is_told = .true.
       if (allocated(watched(i)%points)) call add_warning(errors, watched(i)%origin, &
-        watched(i)%what//", of which the outline leaves nothing that could be held", &
+        watched(i)%what//", which lies outside of the outline", &
         "a set of control points inside the outline")
     end do
   end subroutine warn_of_gone

@@ -200,7 +200,7 @@ contains
         watched%is_told = .true.
         call append_text(notes, "warning: "//watched%origin%file//":"// &
                          to_text(watched%origin%line)//": "//watched%origin%keyword//": "// &
-                         watched%what//", of which *TRIM leaves nothing")
+                         watched%what//", which lies in what *TRIM cuts away")
       end associate
     end do
   end subroutine tell_gone

@@ -335,7 +335,14 @@ contains
     call restore_start(self, model, run)
     run%instant%time = run%instant%time + self%dt
     call set_velocities(self, model, run, u, share)
-    if (is_stretched) call go_with_linear_strains(self, model)
+    if (is_stretched) then
+      call go_with_linear_strains(self, model)
+      if (model%bodies%blank%report%failed_block < huge(1)) then   ! as if it were not
+        call restore_start(self, model, run)
+        run%instant%time = run%instant%time + self%dt
+        call set_velocities(self, model, run, u, share)
+      end if
+    end if
     associate (blank => model%bodies%blank, matrix => self%stiffness%matrix)
       call add_stiffness(self%stiffness, blank%parts, blank%law, self%dt, &
                          scale(trial_amount(blank%parts), finer), blank%joints)

@@ -279,7 +279,8 @@ contains
     end do
   end subroutine find_equilibrium
 
-  !> Do the iterations lead away from equilibrium? Known without contact, which comes and goes.
+  !> Do the iterations lead away from equilibrium? Known without contact, which comes and goes, and
+  !! before steps are to lead downhill.
   pure logical function are_diverging(equations, n_iterations, early)
     type(static_equations_t), intent(in) :: equations
     integer, intent(in) :: n_iterations

@@ -126,6 +126,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(region_t), allocatable :: all_regions(:)
     class(solid_element_t), allocatable :: cut
+    type(nurbs_solid_t) :: sheet
     real(wp) :: moments(n_moments, self%n_elements(1), self%n_elements(2)), before, least
     integer :: c, k
 
@@ -157,7 +158,8 @@ contains
     self%buffers = new_tile_buffers(self%patch)
     self%mass = before*self%mass_now()
     call give_mass(self%ties, self%mass)
-    self%edge_distance = distances_inside(self%sheet_at_start(), self%regions, self%ties%share)
+    sheet = self%sheet_at_start()
+    self%edge_distance = distances_inside(sheet, self%regions, self%ties%share)
     do c = 1, 3
       do k = 1, size(self%mass, 3)
         where (self%ties%is_idle) self%motion%v(:, :, k, c) = 0.0_wp

@@ -115,6 +115,7 @@ def plan(units):
     block.add_lwpolyline([(-20, -8, 0), (20, -8, 1), (20, 8, 0), (-20, 8, 1)], format="xyb",
                          close=True, dxfattribs=attributes)
     space.add_blockref("slot", (0, 0), dxfattribs=attributes)
+    space.add_blockref("slot", (20, 5), dxfattribs={"layer": "hidden"})
     space.add_text("plate 100 x 60", dxfattribs=attributes)
     space.add_line((0, 0), (9, 9), dxfattribs={"layer": "hidden"})
     others = {"layer": "others"}

@@ -63,12 +63,12 @@ def check(frame, slip, tolerance):
 
 
 def check_picture(path):
-    """The tool's field as `post picture --tool plane` takes it; it draws or says why not."""
+    """The tool's field on triangles, as `post picture --tool plane` takes it; it draws or says why
+    not."""
     with Results(path) as results:
         points, corners, values = results.tool_field("plane", "wear", len(results.times) - 1, 3)
-    sides = points[corners[:, 1]] - points[corners[:, 0]], points[corners[:, 3]] - \
-        points[corners[:, 0]]
-    areas = np.linalg.norm(np.cross(*sides), axis=1)
+    sides = (points[corners[:, k]] - points[corners[:, 0]] for k in (1, 2))
+    areas = np.linalg.norm(np.cross(*sides), axis=1) / 2
     np.testing.assert_allclose(np.sum(areas * values[corners].mean(axis=1)),
                                PRESSURE * AREA * WAY, rtol=1e-3)
     drawn = ["--tool", "plane", "--field", "wear", "--renderer", "matplotlib"]

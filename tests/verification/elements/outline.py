@@ -86,7 +86,8 @@ def pieces(case):
     case.between("components held, 6 for each piece", log.count("static     12 components"), 1, 1)
     for words in ("*BOUNDARY: the set X_MIN", "*PRESSURE: the set end",
                   "*HISTORY POINT: the history point edge"):
-        case.between(f"told: {words}", log.count(f"{words}, of which *TRIM leaves nothing"), 1, 1)
+        case.between(f"told: {words}",
+                     log.count(f"{words}, which lies in what *TRIM cuts away"), 1, 1)
 
 
 def disks(case, element, exact):
@@ -132,7 +133,7 @@ def main():
             case.rate("rate of the frequency", sizes, errors, 1.8, 2.3)
         lines.append((f"free disk, {element}", style, sizes, np.abs(errors)))
         ends.append(chain(case, element))
-    same_bits(case, "trim_chain", 1, 3, element=SHELLS)
+    same_bits(case, "trim_press", 2, 3, element=SHELLS)        # a contact begins after it
     same_bits(case, "trim_chain", 2, 3, element=SOLIDS)        # it swings, after the second cut
     pieces(case)
     for name, of_shells, of_solids, limit in zip(("curvature", "mean thinning"), *ends,
