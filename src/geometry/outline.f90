@@ -289,7 +289,8 @@ contains
     real(wp), intent(out) :: place(2)              !! of one
     integer, parameter :: most_strips = 4096
     real(wp), allocatable :: ends(:, :)            ! of the segments, (4, n)
-    integer, allocatable :: of(:), first(:), last(:), list(:)
+    integer, allocatable :: of(:), first(:), last(:)
+    integer, allocatable :: list(:), begin(:)      ! segments of each strip, and where it begins
     real(wp) :: low, width
     integer :: n, p, i, s, k, n_strips
 
@@ -308,10 +309,10 @@ contains
     width = max((maxval(ends(1, :)) - low)/n_strips, tiny(1.0_wp))
     first = min(n_strips, 1 + int((min(ends(1, :), ends(3, :)) - low)/width))
     last = min(n_strips, 1 + int((max(ends(1, :), ends(3, :)) - low)/width))
+    call sort_into_strips(n_strips, first, last, begin, list)
     do s = 1, n_strips
-      list = pack([(i, i=1, size(of))], first <= s .and. last >= s)
-      do i = 1, size(list)
-        do k = i + 1, size(list)
+      do i = begin(s), begin(s + 1) - 1
+        do k = i + 1, begin(s + 1) - 1
           if (.not. do_cross(ends(:, list(i)), ends(:, list(k)))) cycle
           is_found = .true.
           place = 0.5_wp*(ends(:2, list(i)) + ends(3:, list(i)))
@@ -320,6 +321,32 @@ contains
       end do
     end do
   end subroutine find_crossing
+
+  !> The segments of each strip in their order, strip after strip.
+  pure subroutine sort_into_strips(n_strips, first, last, begin, list)
+    integer, intent(in) :: n_strips, first(:), last(:)    !! strips of each segment
+    integer, allocatable, intent(out) :: begin(:)         !! of each strip in the list, and its end
+    integer, allocatable, intent(out) :: list(:)
+    integer, allocatable :: next(:)
+    integer :: i, s
+
+    allocate (begin(n_strips + 1), source=0)
+    begin(1) = 1
+    do i = 1, size(first)
+      begin(first(i) + 1:last(i) + 1) = begin(first(i) + 1:last(i) + 1) + 1
+    end do
+    do s = 1, n_strips
+      begin(s + 1) = begin(s) + begin(s + 1)
+    end do
+    allocate (list(begin(n_strips + 1) - 1))
+    next = begin(:n_strips)
+    do i = 1, size(first)
+      do s = first(i), last(i)
+        list(next(s)) = i
+        next(s) = next(s) + 1
+      end do
+    end do
+  end subroutine sort_into_strips
 
   !> Do two segments cross, each with its ends on either side of the other?
   pure logical function do_cross(a, b)
