@@ -13,7 +13,9 @@ module projected_element
                                project_nothing
   use smooth_splines, only: smooth_fields_t, new_smooth_fields
   use projected_forces, only: forces_of_projection
-  use projected_stiffness, only: stiffness_of_projection
+  use projected_stiffness, only: projected_trial_t, run_projected
+  use solid_stiffness, only: block_trial_t, begin_trial
+  use solid_patch, only: block_t
   use smooth_forces, only: forces_of_smooth_projection
   implicit none
   private
@@ -26,7 +28,8 @@ module projected_element
     type(smooth_fields_t), allocatable :: smooth   !! only where the projection is smooth
   contains
     procedure :: forces
-    procedure :: block_stiffness
+    procedure :: new_trial
+    procedure :: try_block
     procedure :: single
     procedure :: describe
   end type projected_element_t
@@ -76,20 +79,31 @@ contains
     end associate
   end subroutine forces
 
-  subroutine block_stiffness(self, law, dt, amount, first, elements, matrices)
+  subroutine new_trial(self, block, dt, x, trial)
+    class(projected_element_t), intent(in) :: self
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: x(:, :, :, :)
+    class(block_trial_t), allocatable, intent(out) :: trial
+
+    allocate (projected_trial_t :: trial)
+    call begin_trial(self%patch, block, dt, x, self%motion%v, 6, trial)
+  end subroutine new_trial
+
+  subroutine try_block(self, law, block, dt, u, trial, f)
     class(projected_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: dt, amount
-    integer, intent(in) :: first
-    integer, intent(out) :: elements(:, :, :)
-    real(wp), intent(out) :: matrices(:, :, :, :)
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    real(wp), intent(inout) :: u(:, :)
+    class(block_trial_t), intent(inout) :: trial
+    real(wp), intent(out) :: f(:, :)
 
-    self%patch%n_before = self%n_before
-    associate (motion => self%motion)
-      call stiffness_of_projection(self%patch, self%projection, law, dt, amount, &
-                                   motion%x + dt*motion%v, motion%v, first, elements, matrices)
-    end associate
-  end subroutine block_stiffness
+    select type (trial)
+    type is (projected_trial_t)
+      call run_projected(self%patch, self%projection, law, block, dt, u, trial, f)
+    end select
+  end subroutine try_block
 
   !> With plain strains where the projection couples elements.
   subroutine single(self, element, copy)

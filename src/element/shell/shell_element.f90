@@ -17,16 +17,17 @@ module shell_element
   use element, only: force_report_t, element_t, jacobian_in_span, describe_grid, describe_outline, &
                      read_layer, add_to_layer
   use lumped_mass, only: new_lumped_mass
-  use solid_patch, only: solid_patch_t, shell_points_t, row_of_point, lane_of_element, &
+  use solid_patch, only: solid_patch_t, block_t, shell_points_t, row_of_point, lane_of_element, &
                          place_of_point, block_at, basis_at
   use patch_setup, only: new_tile_buffers
-  use solid_element, only: solid_element_t
+  use solid_element, only: solid_element_t, stiffness_of_blocks
   use shell_outline, only: mass_inside, carry_over, share_of_leaders
   use shell_setup, only: shortest_length, mid_surface, new_shell_patch, damp_bending_of
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces
   use shell_forces, only: forces_of_shell, set_metric, shell_kernel_name
-  use shell_stiffness, only: stiffness_of_shells
+  use shell_stiffness, only: shell_trial_t, begin_shell_trial, run_trial, end_shell_trial
+  use solid_stiffness, only: block_trial_t
   use through_thickness, only: through_fields_t, new_through_fields, add_push, take_pushes, &
                                thickness_now
   implicit none
@@ -55,6 +56,9 @@ module shell_element
     procedure :: trial_forces
     procedure :: end_forces => trial_forces
     procedure :: block_stiffness
+    procedure :: new_trial
+    procedure :: try_block
+    procedure :: leave_trial
     procedure :: drop_state
     procedure :: forget_faces
     procedure :: take_shape
@@ -247,10 +251,49 @@ contains
 
     through = self%through
     call look_through(self)
-    call stiffness_of_shells(self%patch, self%points, self%through, law, dt, amount, &
-                             self%motion%x + dt*self%motion%v, first, elements, matrices)
+    call stiffness_of_blocks(self, law, dt, amount, first, elements, matrices)
     self%through = through
   end subroutine block_stiffness
+
+  subroutine new_trial(self, block, dt, x, trial)
+    class(shell_element_t), intent(in) :: self
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: x(:, :, :, :)
+    class(block_trial_t), allocatable, intent(out) :: trial
+
+    allocate (shell_trial_t :: trial)
+    select type (trial)
+    type is (shell_trial_t)
+      call begin_shell_trial(self%patch, self%points, self%through, block, dt, x, trial)
+    end select
+  end subroutine new_trial
+
+  subroutine try_block(self, law, block, dt, u, trial, f)
+    class(shell_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    real(wp), intent(inout) :: u(:, :)
+    class(block_trial_t), intent(inout) :: trial
+    real(wp), intent(out) :: f(:, :)
+
+    select type (trial)
+    type is (shell_trial_t)
+      call run_trial(self%patch, self%points, law, block, dt, u, trial, f)
+    end select
+  end subroutine try_block
+
+  subroutine leave_trial(self, trial, number)
+    class(shell_element_t), intent(inout) :: self
+    class(block_trial_t), intent(in) :: trial
+    integer, intent(in) :: number
+
+    select type (trial)
+    type is (shell_trial_t)
+      call end_shell_trial(trial, self%patch, self%points, number)
+    end select
+  end subroutine leave_trial
 
   subroutine drop_state(self)
     class(shell_element_t), intent(inout) :: self

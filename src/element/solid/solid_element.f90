@@ -13,7 +13,7 @@ module solid_element
   use basis_tables, only: n_lanes
   use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields, &
                      describe_grid, describe_outline
-  use solid_patch, only: solid_patch_t, tile_buffer_t, element_of_lane, lane_of_element, &
+  use solid_patch, only: solid_patch_t, tile_buffer_t, block_t, element_of_lane, lane_of_element, &
                       is_counted_lane, block_at, block_number, row_of_point, place_of_point, &
                       local_place
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
@@ -22,13 +22,14 @@ module solid_element
                            carry_point_state, distances_inside
   use patch_points, only: new_point_volumes, energy_of_points, new_given_fields, spread_to_points
   use solid_forces, only: internal_forces
-  use solid_stiffness, only: stiffness_of_solids
+  use solid_stiffness, only: block_trial_t, begin_trial, end_trial, owned_elements, move_column, &
+                             add_column
   use lumped_mass, only: new_lumped_mass, mass_tables, add_masses
-  use kernel_dispatch, only: solid_kernel_name => kernel_name
+  use kernel_dispatch, only: run_kernel, solid_kernel_name => kernel_name
   implicit none
   private
 
-  public :: new_solid_element, cut_out
+  public :: new_solid_element, cut_out, stiffness_of_blocks
 
   integer, parameter :: most_away = 3   !! elements from a follower inside an outline to its leader
 
@@ -54,7 +55,10 @@ module solid_element
     procedure :: forces
     procedure :: trial_forces
     procedure :: n_stiffness_blocks
-    procedure :: block_stiffness
+    procedure :: block_stiffness => stiffness_of_blocks
+    procedure :: new_trial
+    procedure :: try_block
+    procedure :: leave_trial
     procedure :: elastic_copy
     procedure :: take_moduli
     procedure :: scale_mass
@@ -288,19 +292,91 @@ contains
     n = merge(self%patch%n_blocks, 0, self%has_own_points)
   end function n_stiffness_blocks
 
-  subroutine block_stiffness(self, law, dt, amount, first, elements, matrices)
+  !> Central differences of the forces by displacements of the control points of an element, eight
+  !! elements side by side.
+  subroutine stiffness_of_blocks(self, law, dt, amount, first, elements, matrices)
     class(solid_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt, amount
     integer, intent(in) :: first
     integer, intent(out) :: elements(:, :, :)
     real(wp), intent(out) :: matrices(:, :, :, :)
+    real(wp), allocatable :: x(:, :, :, :)
+    integer :: b
 
-    associate (motion => self%motion)
-      call stiffness_of_solids(self%patch, law, dt, amount, motion%x + dt*motion%v, motion%v, &
-                               first, elements, matrices)
-    end associate
-  end subroutine block_stiffness
+    self%patch%n_before = self%n_before
+    x = self%motion%x + dt*self%motion%v
+    !$omp parallel do schedule(static) if (.not. law%is_serial)
+    do b = 1, size(matrices, 4)
+      elements(:, :, b) = owned_elements(self%patch, first + b - 1)
+      call difference_block(self, law, block_at(self%patch, first + b - 1), dt, amount, x, &
+                            matrices(:, :, :, b))
+    end do
+    !$omp end parallel do
+  end subroutine stiffness_of_blocks
+
+  subroutine difference_block(self, law, block, dt, amount, x, matrix)
+    class(solid_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt, amount
+    real(wp), intent(in), contiguous :: x(:, :, :, :)
+    real(wp), intent(out) :: matrix(:, :, :)
+    class(block_trial_t), allocatable :: trial
+    real(wp), allocatable :: u(:, :), f(:, :)
+    real(wp) :: sense
+    integer :: column, side
+
+    call self%new_trial(block, dt, x, trial)
+    allocate (f(size(trial%start, 1), 3))
+    matrix = 0.0_wp
+    do column = 1, size(matrix, 3)
+      do side = 1, 2
+        sense = 3.0_wp - 2.0_wp*side
+        u = trial%start
+        call move_column(column, sense*amount, trial%w, u)
+        call self%try_block(law, block, dt, u, trial, f)
+        call self%leave_trial(trial, block%number)
+        call add_column(column, 0.5_wp*sense/amount, trial%w, f, matrix)
+      end do
+    end do
+  end subroutine difference_block
+
+  !> What trials of a block begin with.
+  subroutine new_trial(self, block, dt, x, trial)
+    class(solid_element_t), intent(in) :: self
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt                     !! of the motion [time]
+    real(wp), intent(in), contiguous :: x(:, :, :, :)   !! control points at its end
+    class(block_trial_t), allocatable, intent(out) :: trial
+
+    allocate (block_trial_t :: trial)
+    call begin_trial(self%patch, block, dt, x, self%motion%v, 6, trial)
+  end subroutine new_trial
+
+  !> Forces of a block with its control points at `u`.
+  subroutine try_block(self, law, block, dt, u, trial, f)
+    class(solid_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    real(wp), intent(inout) :: u(:, :)             !! see `block_trial_t`
+    class(block_trial_t), intent(inout) :: trial
+    real(wp), intent(out) :: f(:, :)               !! (8*nodes, 3) [force]
+    real(wp) :: sums(n_lanes, 4)
+    logical :: ok
+
+    call run_kernel(self%patch, law, block, dt, .false., u, u, u, f, sums, ok)
+  end subroutine try_block
+
+  !> The state of the points as it was before.
+  subroutine leave_trial(self, trial, number)
+    class(solid_element_t), intent(inout) :: self
+    class(block_trial_t), intent(in) :: trial
+    integer, intent(in) :: number                  !! of the block
+
+    call end_trial(trial, self%patch, number)
+  end subroutine leave_trial
 
   subroutine elastic_copy(self, copy)
     class(solid_element_t), intent(in) :: self

@@ -1,50 +1,25 @@
-!> Stiffness of the elements of blocks: central differences of their forces by the displacements of
-!! their own control points, eight elements side by side. Stress and state are left as they are.
+!> What central differences of the forces of blocks take: eight elements side by side, whose control
+!! points are moved one component after the other. Stress and state are left as they were.
 module solid_stiffness
   use kinds, only: wp
-  use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use solid_patch, only: solid_patch_t, block_t, block_at, element_of_lane
   use block_gather, only: weigh_block
-  use kernel_dispatch, only: run_kernel
   use solid_forces, only: gather_motion
   implicit none
   private
 
-  public :: stiffness_of_solids, owned_elements, move_column, move_motion, add_column
-  public :: keep_block, put_back_block
+  public :: begin_trial, end_trial, owned_elements, move_column, add_column
 
-  !> What an evaluation changes at the points of a block.
-  type, public :: kept_block_t
+  !> Where the trials of a block begin, and what an evaluation changes at its points.
+  type, public :: block_trial_t
+    real(wp), allocatable :: start(:, :)           !! (8*nodes, 3 or 6), see `gather_motion`
+    real(wp), allocatable :: w(:)                  !! weights of the block, where there are any
     real(wp), allocatable, dimension(:, :, :, :) :: stress, state
     real(wp), allocatable :: push(:, :, :)
-  end type kept_block_t
+  end type block_trial_t
 
 contains
-
-  !> Stiffness of the elements of several blocks: of the internal forces at the end of the motion of
-  !! an increment by displacements there. Rows and columns are components of the control points of
-  !! an element, axis 1 of the grid first and the component last.
-  subroutine stiffness_of_solids(patch, law, dt, amount, x, v, first, elements, matrices)
-    type(solid_patch_t), intent(inout) :: patch
-    class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: dt                          !! of the increment [time]
-    real(wp), intent(in) :: amount                      !! displacement of the differences [length]
-    real(wp), intent(in), contiguous :: x(:, :, :, :)   !! control points at its end
-    real(wp), intent(in), contiguous :: v(:, :, :, :)   !! velocities
-    integer, intent(in) :: first                        !! block; as many follow as there is room
-    integer, intent(out) :: elements(:, :, :)           !! (3, 8, blocks), 0: repeats another
-    real(wp), intent(out) :: matrices(:, :, :, :)       !! (8, m, m, blocks) [force/length]
-    integer :: b
-
-    !$omp parallel do schedule(static) if (.not. law%is_serial)
-    do b = 1, size(matrices, 4)
-      elements(:, :, b) = owned_elements(patch, first + b - 1)
-      call difference_block(patch, law, block_at(patch, first + b - 1), dt, amount, x, v, &
-                            matrices(:, :, :, b))
-    end do
-    !$omp end parallel do
-  end subroutine stiffness_of_solids
 
   !> The elements of the lanes of a block that count, 0 for others.
   pure function owned_elements(patch, number) result(elements)
@@ -61,83 +36,55 @@ contains
     end do
   end function owned_elements
 
-  subroutine difference_block(patch, law, block, dt, amount, x, v, matrix)
-    type(solid_patch_t), intent(inout) :: patch
-    class(block_law_t), intent(in) :: law
-    type(block_t), intent(in) :: block
-    real(wp), intent(in) :: dt, amount
-    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
-    real(wp), intent(out) :: matrix(:, :, :)
-    type(kept_block_t) :: kept
-    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), start(size(u, 1), 6), f(size(u, 1), 3)
-    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4), sense
-    integer :: column, side
-    logical :: ok
-
-    call keep_block(patch, block%number, kept)
-    call gather_motion(patch, block, dt, x, v, start, w)
-    matrix = 0.0_wp
-    do column = 1, size(matrix, 3)
-      do side = 1, 2
-        sense = 3.0_wp - 2.0_wp*side
-        u = start
-        call move_motion(column, sense*amount, w, u)
-        call run_kernel(patch, law, block, dt, .false., x, v, u, f, sums, ok)
-        call put_back_block(kept, patch, block%number)
-        call add_column(column, 0.5_wp*sense/amount, w, f, matrix)
-      end do
-    end do
-  end subroutine difference_block
-
-  pure subroutine keep_block(patch, k, kept)
+  !> Positions, half of the motion of an increment where it counts, and state of a block.
+  subroutine begin_trial(patch, block, dt, x, v, n_columns, trial)
     type(solid_patch_t), intent(in) :: patch
-    integer, intent(in) :: k                       !! number of the block
-    type(kept_block_t), intent(out) :: kept
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    real(wp), intent(in) :: x(:, :, :, :)          !! control points at the end of the motion
+    real(wp), intent(in) :: v(:, :, :, :)          !! their velocities in it
+    integer, intent(in) :: n_columns               !! 3: positions alone, 6
+    class(block_trial_t), intent(inout) :: trial
+    integer :: n
 
-    kept%stress = patch%stress(:, :, :, :, k)
-    kept%state = patch%state(:, :, :, :, k)
-    kept%push = patch%push(:, :, :, min(k, size(patch%push, 4)))
-  end subroutine keep_block
+    n = n_lanes*product(patch%axes%degree + 1)
+    allocate (trial%start(n, n_columns), trial%w(merge(n, 0, patch%is_rational)))
+    call gather_motion(patch, block, dt, x, v, trial%start, trial%w)
+    associate (k => block%number)
+      trial%stress = patch%stress(:, :, :, :, k)
+      trial%state = patch%state(:, :, :, :, k)
+      trial%push = patch%push(:, :, :, min(k, size(patch%push, 4)))
+    end associate
+  end subroutine begin_trial
 
-  pure subroutine put_back_block(kept, patch, k)
-    type(kept_block_t), intent(in) :: kept
+  !> The state as it was.
+  pure subroutine end_trial(trial, patch, k)
+    class(block_trial_t), intent(in) :: trial
     type(solid_patch_t), intent(inout) :: patch
-    integer, intent(in) :: k
+    integer, intent(in) :: k                       !! number of the block
 
-    patch%stress(:, :, :, :, k) = kept%stress
-    patch%state(:, :, :, :, k) = kept%state
-    if (patch%viscosity%is_active) patch%push(:, :, :, min(k, size(patch%push, 4))) = kept%push
-  end subroutine put_back_block
+    patch%stress(:, :, :, :, k) = trial%stress
+    patch%state(:, :, :, :, k) = trial%state
+    if (patch%viscosity%is_active) patch%push(:, :, :, min(k, size(patch%push, 4))) = trial%push
+  end subroutine end_trial
 
   !> Move a component of the control points of eight elements at the end of a motion, and half of
-  !! the motion with it.
-  pure subroutine move_motion(column, amount, w, u)
-    integer, intent(in) :: column                  !! node + nodes*(component - 1)
-    real(wp), intent(in) :: amount
-    real(wp), intent(in) :: w(:)                   !! weights of the block, where there are any
-    real(wp), intent(inout) :: u(:, :)             !! (8*nodes, 6), see `gather_motion`
-
-    call move_column(column, amount, w, u(:, :3))
-    call move_column(column, 0.5_wp*amount, w, u(:, 4:))
-  end subroutine move_motion
-
-  !> Move a component of the control points of eight elements.
+  !! the motion with it where there is one.
   pure subroutine move_column(column, amount, w, u)
     integer, intent(in) :: column                  !! node + nodes*(component - 1)
     real(wp), intent(in) :: amount
     real(wp), intent(in) :: w(:)                   !! weights of the block, where there are any
-    real(wp), intent(inout) :: u(:, :)             !! (8*nodes, 3), weighted
+    real(wp), intent(inout) :: u(:, :)             !! (8*nodes, 3 or 6), weighted
+    real(wp) :: way(n_lanes)
     integer :: first, c
 
     c = (n_lanes*(column - 1))/size(u, 1) + 1
     first = n_lanes*(column - 1) - size(u, 1)*(c - 1) + 1
-    associate (moved => u(first:first + n_lanes - 1, c))
-      if (size(w) > 0) then
-        moved = moved + amount*w(first:first + n_lanes - 1)
-      else
-        moved = moved + amount
-      end if
-    end associate
+    way = amount
+    if (size(w) > 0) way = amount*w(first:first + n_lanes - 1)
+    u(first:first + n_lanes - 1, c) = u(first:first + n_lanes - 1, c) + way
+    if (size(u, 2) == 6) u(first:first + n_lanes - 1, c + 3) = &
+      u(first:first + n_lanes - 1, c + 3) + 0.5_wp*way
   end subroutine move_column
 
   !> Add a multiple of the forces of eight elements to a column of their matrices.
