@@ -34,7 +34,7 @@ contains
         call add_line(buffer, head_of(record, deck%keywords(record%spec)%name))
         if (record%n_lines > most_lines) cycle
         do line = 1, record%n_lines
-          call add_line(buffer, data_of(record, line))
+          call add_data(buffer, record, line)
         end do
       end associate
     end do
@@ -57,25 +57,26 @@ contains
     end do
   end function head_of
 
-  pure function data_of(record, i) result(line)
+  !> A data line, field by field, as there may be many.
+  pure subroutine add_data(buffer, record, i)
+    type(buffer_t), intent(inout) :: buffer
     type(record_t), intent(in) :: record
     integer, intent(in) :: i
-    character(:), allocatable :: line
     integer :: j
 
-    line = ""
     do j = record%first(i), record%first(i + 1) - 1
-      if (j > record%first(i)) line = line//", "
+      if (j > record%first(i)) call add(buffer, ", ")
       associate (field => record%fields(j))
         if (.not. field%is_filled) cycle
         if (allocated(field%word)) then
-          line = line//quoted(field%word)
+          call add(buffer, quoted(field%word))
         else
-          line = line//to_text(field%number)
+          call add(buffer, to_text(field%number))
         end if
       end associate
     end do
-  end function data_of
+    call add_line(buffer, "")
+  end subroutine add_data
 
   !> A value in quotes, those inside doubled, where it holds a comma, a quote or a star at its
   !! start.
@@ -100,11 +101,18 @@ contains
     type(buffer_t), intent(inout) :: buffer
     character(*), intent(in) :: line
 
-    do while (buffer%n + len(line) + 1 > len(buffer%text))
+    call add(buffer, line//new_line("a"))
+  end subroutine add_line
+
+  pure subroutine add(buffer, words)
+    type(buffer_t), intent(inout) :: buffer
+    character(*), intent(in) :: words
+
+    do while (buffer%n + len(words) > len(buffer%text))
       buffer%text = buffer%text//repeat(" ", len(buffer%text))
     end do
-    buffer%text(buffer%n + 1:buffer%n + len(line) + 1) = line//new_line("a")
-    buffer%n = buffer%n + len(line) + 1
-  end subroutine add_line
+    buffer%text(buffer%n + 1:buffer%n + len(words)) = words
+    buffer%n = buffer%n + len(words)
+  end subroutine add
 
 end module resolved_deck
