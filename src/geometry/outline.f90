@@ -289,22 +289,24 @@ contains
     real(wp), intent(out) :: place(2)              !! of one
     integer, parameter :: most_strips = 4096
     real(wp), allocatable :: ends(:, :)            ! of the segments, (4, n)
-    integer, allocatable :: of(:), first(:), last(:)
+    integer, allocatable :: first(:), last(:)
     integer, allocatable :: list(:), begin(:)      ! segments of each strip, and where it begins
     real(wp) :: low, width
-    integer :: n, p, i, s, k, n_strips
+    integer :: n, m, p, i, s, k, n_strips
 
     is_found = .false.
     place = 0.0_wp
-    allocate (ends(4, 0), of(0))
+    allocate (ends(4, sum([(size(polygons(p)%corners, 2), p=1, size(polygons))])))
+    n = 0
     do p = 1, size(polygons)
       associate (c => polygons(p)%corners)
-        n = size(c, 2)
-        ends = reshape([ends, (c(:, i), c(:, mod(i, n) + 1), i=1, n)], [4, size(of) + n])
-        of = [of, (p, i=1, n)]
+        m = size(c, 2)
+        ends(:2, n + 1:n + m) = c
+        ends(3:, n + 1:n + m) = cshift(c, 1, 2)
+        n = n + m
       end associate
     end do
-    n_strips = min(size(of), most_strips)
+    n_strips = min(n, most_strips)
     low = minval(ends(1, :))
     width = max((maxval(ends(1, :)) - low)/n_strips, tiny(1.0_wp))
     first = min(n_strips, 1 + int((min(ends(1, :), ends(3, :)) - low)/width))
