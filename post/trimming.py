@@ -5,7 +5,7 @@ from post.results import ResultsError
 
 THIN = 2e-6         # how far loops may lie off the polygons, of the range of the parameters
 SAME = 1e-9         # places that are one, likewise
-BESIDE = 1e-7       # from an edge to both of its sides, likewise
+OFFSET = 1e-7       # from an edge to both of its sides, likewise
 CHUNK = 2_000_000   # pairs looked at in one go
 
 
@@ -21,8 +21,9 @@ def loops_of(regions, low, high):
     polygons = [polygon for region, _ in scaled for polygon in region]
     starts, ends = split(polygons)
     middle, way = (starts + ends) / 2, ends - starts
-    aside = BESIDE * np.column_stack([-way[:, 1], way[:, 0]]) / np.linalg.norm(way, axis=1)[:, None]
-    left, right = (is_left(scaled, middle + sign * aside) for sign in (1, -1))
+    across = np.column_stack([-way[:, 1], way[:, 0]])
+    offset = OFFSET * across / np.linalg.norm(way, axis=1)[:, None]
+    left, right = (is_left(scaled, middle + sign * offset) for sign in (1, -1))
     turned = right & ~left
     starts, ends = (np.where(turned[:, None], b, a) for a, b in ((starts, ends), (ends, starts)))
     is_edge = left != right

@@ -1,4 +1,4 @@
-!> What the trims of later steps leave nothing of, as far as the sheet at the start tells.
+!> What the trims of later steps cut away completely, as far as the sheet at the start shows.
 module outline_check
   use kinds, only: wp
   use text, only: to_text

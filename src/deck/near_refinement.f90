@@ -110,7 +110,7 @@ contains
     blank = [minval(solid%points(:, :, :, component)), maxval(solid%points(:, :, :, component))]
     if (zone(1) > blank(2) .or. zone(2) < blank(1)) call add_warning(errors, record%origin, &
       "the tool "//tool%name//", whose box with the MARGIN goes from "//rounded_text(zone(1))// &
-      " to "//rounded_text(zone(2))//", beside the blank from "//rounded_text(blank(1))//" to "// &
+      " to "//rounded_text(zone(2))//", next to the blank from "//rounded_text(blank(1))//" to "// &
       rounded_text(blank(2)), "a tool above the blank, or a larger MARGIN")
     sizing%zone = zone
     sizing%component = component

@@ -25,7 +25,7 @@ module model
     type(effect_slot_t), allocatable :: later_forces(:), later_supports(:)   !! not begun
     type(effect_slot_t), allocatable :: retired(:)      !! of earlier steps, for the balances
     type(trim_t), allocatable :: trims(:)               !! cuts of the blank, by step
-    type(watched_t), allocatable :: watched(:)          !! what these may leave nothing of
+    type(watched_t), allocatable :: watched(:)          !! what these may cut away
     type(probe_spec_t), allocatable :: probes(:)
     integer :: i_step = 1                               !! step of the deck under way
     real(wp), allocatable :: step_starts(:)             !! times at which steps began, up to it

@@ -1,4 +1,4 @@
-!> What a deck names by parts of the sheet, for outlines and trims that leave nothing of these.
+!> What a deck names by parts of the sheet, for outlines and trims that cut these away.
 module watch_setup
   use kinds, only: wp
   use input_errors, only: error_list_t, add_warning

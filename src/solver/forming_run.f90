@@ -187,7 +187,7 @@ contains
     run%control%largest = run%step_factor*run%control%largest
   end subroutine make_cuts
 
-  !> What still counts in a step, and of which its trims leave nothing.
+  !> What still acts in a step, and is cut away by its trims.
   subroutine tell_gone(model, notes)
     type(model_t), intent(inout) :: model
     type(string_t), allocatable, intent(inout) :: notes(:)

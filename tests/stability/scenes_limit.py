@@ -57,7 +57,7 @@ SCENES = [
     Scene("crushed", "pull", "inverted elements: named, state saved", stopped,
           {"strain": -1.2, "rate": -50000},
           ends=(2, "inverted element",
-                "in element (1, 1, 1), point (1, 1, 1)", "at (-", ", 0.71", "  3. ",
+                "in element (1, 1, 1), point (1, 1, 1)", "at (-0.001", ", 0.71", "  3. ",
                 "verified state")),
     Scene("user_law_fails", "user_law", "a user's law returns NaN: element and point named",
           stopped, user="fails_beyond.f",
