@@ -11,7 +11,7 @@ from suite import Case
 WEIGHT = 7.85e-9 * 9810 * 40 * 20   # of the sheet that falls [N]
 
 
-def elastica(load, n=2000):
+def elastica(load, n=200):
     """Shortening and deflection of the end over the length, for P L^2/(E I): theta'' = -P cos theta
     from the clamp on, by Runge-Kutta steps; the slope at the clamp by bisection."""
     def end(slope):
