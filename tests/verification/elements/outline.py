@@ -128,15 +128,13 @@ def main():
     for element, style in ((SHELLS, "o-"), (SOLIDS, "s--")):
         strips(case, element)
         loads(case, element)
-        if element == SHELLS or case.is_long:
-            sizes, errors = disks(case, element, exact)
-            lines.append((f"free disk, {element}", style, sizes, np.abs(errors)))
+        sizes, errors = disks(case, element, exact)
         if element == SHELLS:
             case.rate("rate of the frequency", sizes, errors, 1.8, 2.3)
+        lines.append((f"free disk, {element}", style, sizes, np.abs(errors)))
         ends.append(chain(case, element))
     same_bits(case, "trim_press", 2, 3, element=SHELLS)        # a contact begins after it
-    if case.is_long:
-        same_bits(case, "trim_chain", 2, 3, element=SOLIDS)    # it swings, after the second cut
+    same_bits(case, "trim_chain", 2, 3, element=SOLIDS)        # it swings, after the second cut
     pieces(case)
     for name, of_shells, of_solids, limit in zip(("curvature", "mean thinning"), *ends,
                                                  (0.05, 0.03)):
