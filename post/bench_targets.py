@@ -24,6 +24,7 @@ OVER_GENERAL = 3.0     # a point of smooth projections over one of the plain gen
 OVER_STATE = 2.0       # memory of a patch over that of its state
 STEP_OVER_BLANK = 1.5
 CONTACT_OVER_BLANK = 1.0
+TRIMMED_OVER_WHOLE = 1.3
 EFFICIENCY = {"force/p2/2x2x3/voce/plain/default": 0.95, "elements/8000": 0.90,
               "force/p2/2x2x3/umat_voce/plain/default": 0.90}
 TUNED = "force/p2/3x3x3/voce/plain/default"
@@ -159,9 +160,14 @@ def of_growth(records):
 
 
 def of_contact(records):
-    """Contact must not cost more than the elements in the channel."""
+    """Contact must not cost more than the elements in the channel, nor much more on a die whose
+    surfaces are trimmed."""
     blank = find(records, "step/channel/blank", 1)
     if blank:
         total = sum(record["ns"] for record in chosen(records, "step/channel/contact", 1))
         yield at_most("step/channel, contact over elements", total / blank["ns"],
                       CONTACT_OVER_BLANK)
+    whole, cut = (find(records, f"contact/die/{name}", 1) for name in ("whole", "200_pieces"))
+    if whole and cut:
+        yield at_most("contact/die/200_pieces, over the whole die", cut["ns"] / whole["ns"],
+                      TRIMMED_OVER_WHOLE)

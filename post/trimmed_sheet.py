@@ -6,25 +6,28 @@ import numpy as np
 
 from post.cad.writing import add_face
 from post.iges_file import TRIMMED_MARK, Surface, write_entities
-from post.trimming import loops_of, pieces_of
+from post.trimming import THIN, cross, loops_of, pieces_of
 
-PARTS = 4           # of an element that an edge of a loop crosses at most
+SMOOTH = 8 * THIN   # how far a corner of a smooth curve is off the line past it, of the parameters
+TURN = 0.5          # and how much the curve turns there at most [rad]
+RATIO = 4.0         # of the lengths of edges that follow each other on one curve
+CLOSE = 2e-7        # of a curve to the surface, of its size
+MOST = 512          # places that a curve is laid through
 
 
 @dataclass
 class Curve:
-    """A line of straight pieces as a B-spline of degree 1."""
+    """A B-spline without weights."""
     points: np.ndarray
-    degree: int = 1
-
-    @property
-    def knots(self):
-        n = len(self.points)
-        return np.concatenate([[0.0], np.arange(n), [n - 1.0]])
+    knots: np.ndarray
+    degree: int
 
     @property
     def weights(self):
         return np.ones(len(self.points))
+
+    def at(self, values):
+        return basis(self.degree, self.knots, values) @ self.points
 
 
 @dataclass
@@ -64,27 +67,83 @@ def trimmed_faces(surface, is_flipped, regions):
     """A face for each piece that the regions leave. `is_flipped`: axis 1 of the surface runs
     against that of the patch."""
     ends = [(knots[0], knots[-1]) for knots in surface.knots]
+    ranges = np.ptp(ends, axis=1)
     faces = []
     for piece in pieces_of(loops_of(regions, *np.transpose(ends))):
         loops = []
         for loop in piece:
             if is_flipped:
                 loop = np.column_stack([sum(ends[0]) - loop[:, 0], loop[:, 1]])[::-1]
-            places = divided(np.concatenate([loop, loop[:1]]), surface)
-            space = positions(surface, places)
-            space[-1] = space[0]
-            loops.append([(Curve(places), Curve(space))])
+            flat = [flat_curve(line, ranges) for line in smooth_lines(loop, ranges)]
+            loops.append([(curve, space_curve(curve, surface)) for curve in flat])
         faces.append(Face(surface, loops))
     return faces
 
 
-def divided(line, surface):
-    """A line with more corners: no edge crosses more than a part of an element."""
-    steps = [(knots[-1] - knots[0]) / (len(np.unique(knots)) - 1) / PARTS
-             for knots in surface.knots]
-    n = np.maximum(np.ceil(np.abs(np.diff(line, axis=0)) / steps).max(axis=1).astype(int), 1)
-    rows = [a + np.arange(m)[:, None] / m * (b - a) for a, b, m in zip(line, line[1:], n)]
-    return np.concatenate([*rows, line[-1:]])
+def smooth_lines(loop, ranges):
+    """A closed polygon as lines that end at its corners and at the ends of its straight parts. A
+    closed curve without any is cut in two."""
+    scaled = loop / ranges
+    before, after = scaled - np.roll(scaled, 1, axis=0), np.roll(scaled, -1, axis=0) - scaled
+    lengths = [np.linalg.norm(way, axis=1) for way in (before, after)]
+    area = np.abs(cross(before, after))
+    off = area / np.linalg.norm(before + after, axis=1)
+    is_end = (off > SMOOTH) | (area > np.sin(TURN) * lengths[0] * lengths[1]) \
+        | (np.sum(before * after, axis=1) <= 0) \
+        | (np.maximum(*lengths) > RATIO * np.minimum(*lengths))
+    if is_end.sum() < 2:
+        is_end[[0, len(loop) // 2]] = True
+    ends = np.flatnonzero(is_end)
+    return [loop[np.arange(a, b + 1) % len(loop)]
+            for a, b in zip(ends, [*ends[1:], ends[0] + len(loop)])]
+
+
+def flat_curve(line, ranges):
+    """A curve through some corners of a line, and close to the others."""
+    if len(line) < 4:
+        return joined(line)
+    along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    along /= along[-1]
+    n = 4
+    while True:
+        chosen = np.unique(np.linspace(0, len(line) - 1, n).round().astype(int))
+        curve = through(along[chosen], line[chosen])
+        off = np.abs((curve.at(along) - line) / ranges).max()
+        if off <= THIN or len(chosen) == len(line):
+            return curve
+        if n >= MOST:
+            return joined(line)
+        n *= 2
+
+
+def space_curve(flat, surface):
+    """The curve of a surface above a curve in its parameters, with the same parameter."""
+    size = np.ptp(surface.points.reshape(-1, 3), axis=0).max()
+    n = 8
+    while True:
+        values = np.linspace(flat.knots[0], flat.knots[-1], n + 1)
+        curve = through(values, positions(surface, flat.at(values)))
+        between = (values[1:] + values[:-1]) / 2
+        off = np.abs(curve.at(between) - positions(surface, flat.at(between))).max()
+        if off <= CLOSE * size or n >= MOST:
+            return curve
+        n *= 2
+
+
+def joined(line):
+    """Straight lines from corner to corner."""
+    values = np.linspace(0, 1, len(line))
+    return Curve(line, np.concatenate([[0], values, [1]]), 1)
+
+
+def through(values, places):
+    """The cubic through places at values of its parameter (C. de Boor, A Practical Guide to
+    Splines, chapter XIII: knots are means of three values)."""
+    inner = (values[1:-3] + values[2:-2] + values[3:-1]) / 3
+    knots = np.concatenate([np.repeat(values[0], 4), inner, np.repeat(values[-1], 4)])
+    points = np.linalg.solve(basis(3, knots, values), places)
+    points[[0, -1]] = places[[0, -1]]      # where the next curve begins, to the last digit
+    return Curve(points, knots, 3)
 
 
 def positions(surface, places):

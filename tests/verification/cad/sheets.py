@@ -17,7 +17,8 @@ sys.path.insert(0, str(PROJECT))
 from post.cells import triangles_of  # noqa: E402
 from post.results import Results  # noqa: E402
 from post.scene import inside_outline  # noqa: E402
-from post.trimming import area_of, loops_of, pieces_of  # noqa: E402
+from post.trimmed_sheet import flat_curve, smooth_lines  # noqa: E402
+from post.trimming import THIN, area_of, loops_of, pieces_of  # noqa: E402
 
 HEAD = """*UNITS
 mm, t, s, N, MPa, mJ
@@ -76,6 +77,10 @@ def read_back(igaform, folder, result, face):
     told = call(sys.executable, "-m", "post", "iges", result, "--face", face, "--out",
                 folder / "sheet.igs")
     assert "1 trimmed surface in MM" in told, told
+    lines = (folder / "sheet.igs").read_text().splitlines()
+    n_curves = sum(line.startswith("     126 ") and line[72] == "D" for line in lines) // 2
+    print("curves:", n_curves)
+    assert n_curves <= 12, n_curves      # an edge of the outline is one, and one in space
     side = "POSITIVE" if face == "ZETA_MIN" else "NEGATIVE"      # the reader's sheet lies below
     (folder / "reader.key").write_text(READER.format(side=side))
     call(igaform, folder / "reader.key", "--out", folder / "reader.h5", "--quiet")
@@ -152,9 +157,34 @@ def loops():
             assert np.allclose(piece, expected, atol=1e-6), (found, areas)
 
 
+def edges():
+    """A rounded rectangle has four straight edges and four arcs, a circle two of its own."""
+    angle = np.linspace(0, np.pi / 2, 2000)
+    corners = np.array([[10, 10], [-10, 10], [-10, -10], [10, -10.0]])
+    turns = np.arange(4) * np.pi / 2
+    ring = np.concatenate([c + 3 * np.column_stack([np.cos(angle + turn), np.sin(angle + turn)])
+                           for c, turn in zip(corners, turns)])
+    circle = 9 * np.column_stack([np.cos(4 * angle[:-1]), np.sin(4 * angle[:-1])])
+    ranges = np.array([40.0, 40.0])
+    for polygon, degrees in ((ring, [1] * 4 + [3] * 4), (circle, [3, 3])):
+        loop, = loops_of([([polygon], False)], (-20, -20), (20, 20))
+        curves = [flat_curve(line, ranges) for line in smooth_lines(loop, ranges)]
+        assert sorted(curve.degree for curve in curves) == degrees, curves
+        for curve in curves:
+            places = curve.at(np.linspace(0, 1, 1000))
+            if polygon is ring:
+                off = np.linalg.norm(np.maximum(np.abs(places) - 10, 0), axis=1) - 3
+            else:
+                off = np.linalg.norm(places, axis=1) - 9
+            assert np.abs(off).max() < 2 * THIN * 40, off
+        for curve, following in zip(curves, curves[1:] + curves[:1]):
+            assert (curve.points[-1] == following.points[0]).all()
+
+
 def main():
     igaform = pathlib.Path(sys.argv[1]).resolve()
     loops()
+    edges()
     with tempfile.TemporaryDirectory() as name:
         flat_disk(igaform, pathlib.Path(name))
         formed_sheet(igaform, pathlib.Path(name))
