@@ -196,11 +196,12 @@ contains
     end do
   end subroutine add_sizes
 
-  !> Contact on a die of the channel, and by number of secondary points.
+  !> Contact on a die of the channel, by number of secondary points, and on a die that is trimmed.
   subroutine add_contacts(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
     integer, parameter :: edges(4) = [11, 33, 105, 333]   ! elements, 9 points each
     integer, parameter :: n_points(4) = [1000, 10000, 100000, 1000000]
+    integer, parameter :: pieces(2, 2) = reshape([20, 10, 40, 25], [2, 2])   ! of a trimmed die
     type(die_case_t) :: die
     type(contact_case_t) :: item
     integer :: i
@@ -219,6 +220,17 @@ contains
       item%n_sheet = edges(i)
       item%is_long = n_points(i) > 200000
       item%name = "contact/points/"//to_text(n_points(i))
+      call add(cases, item)
+    end do
+    item%n_sheet = 33
+    item%is_long = .false.
+    item%n_faces = [60, 40]
+    item%movement = 0.005_wp       ! some three times that of the decks of input/
+    item%name = "contact/die/whole"
+    call add(cases, item)
+    do i = 1, size(pieces, 2)
+      item%n_pieces = pieces(:, i)
+      item%name = "contact/die/"//to_text(product(item%n_pieces))//"_pieces"
       call add(cases, item)
     end do
   end subroutine add_contacts

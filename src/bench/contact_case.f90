@@ -15,21 +15,24 @@ module contact_case
   use closest_point, only: hit_t, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
   use bench_case, only: bench_case_t
+  use cut_dies, only: cut_pieces
   use bench_paths, only: project_folder
   implicit none
   private
 
   integer, parameter :: n_rows = 8, n_along = 512    !! points across and along the die's profile
   real(wp), parameter :: reach = 9.0_wp              !! search distance: three thicknesses [mm]
-  real(wp), parameter :: movement = 0.05_wp          !! of a point, a step [mm]
   real(wp), parameter :: depth = 0.02_wp             !! of points in the die [mm]
+  real(wp), parameter :: edge_wave = 0.14_wp         !! of the edges of pieces, of their size
 
   !> Steps of a sheet that slides to and fro over the tool.
   type, extends(bench_case_t), public :: contact_case_t
     integer :: n_faces(2) = [22, 12]           !! of the tool
+    integer :: n_pieces(2) = 0                 !! into which it is cut along waves, 0: whole
     real(wp) :: edge = 1000.0_wp               !! of the tool; the sheet's is half of it [mm]
     integer :: n_sheet(2) = 33                 !! elements of the sheet, 9 secondary points each
     real(wp) :: height = -0.3_wp               !! of the sheet above the tool's middle [mm]
+    real(wp) :: movement = 0.05_wp             !! of a point, a step [mm]
     integer :: n_calls = 36                    !! steps: a search anew falls due in about as many
     type(tool_t) :: tool
     type(contact_t) :: pair
@@ -58,6 +61,7 @@ module contact_case
   !> Eight points at a time that moved a little since their closest points were found.
   type, extends(bench_case_t), public :: die_case_t
     type(tool_t) :: tool
+    real(wp) :: movement = 0.05_wp             !! of a point [mm]
     type(lanes_t), allocatable :: before(:)          !! where they were, and where they are now
     integer :: n_good = 0
   contains
@@ -98,12 +102,20 @@ contains
     class(contact_case_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
     type(nurbs_surface_t) :: surface, sheet
+    type(nurbs_surface_t), allocatable :: surfaces(:)
     type(secondary_surface_t) :: secondary
     type(contact_options_t) :: options
     real(wp), allocatable :: mass(:, :)
 
     call wavy_surface(surface, self%n_faces, self%edge, 0.0_wp, 0.1_wp, error)
-    if (.not. allocated(error)) call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
+    if (allocated(error)) return
+    if (all(self%n_pieces > 0)) then
+      call cut_pieces(surface, self%n_pieces, edge_wave, surfaces, error)
+      if (allocated(error)) return
+    else
+      allocate (surfaces(1), source=surface)
+    end if
+    call new_tool(self%tool, "wavy tool", surfaces, 1, reach, error)
     if (allocated(error)) return
     call wavy_surface(sheet, self%n_sheet, 0.5_wp*self%edge, self%height, 0.0_wp, error)
     if (.not. allocated(error)) &
@@ -115,7 +127,7 @@ contains
     allocate (self%net(secondary%n_net(1), secondary%n_net(2), 3, 2))
     self%net(:, :, :, 1) = sheet%points
     self%net(:, :, :, 2) = sheet%points
-    self%net(:, :, 1, 2) = self%net(:, :, 1, 2) + movement
+    self%net(:, :, 1, 2) = self%net(:, :, 1, 2) + self%movement
     allocate (self%force(secondary%n_net(1), secondary%n_net(2), 3))
     self%n_units = real(self%n_calls, wp)*secondary%n_points
   end subroutine prepare_contact
@@ -212,7 +224,8 @@ contains
       do j = 1, n_rows
         do i = 1, n_along
           call place_point(self%tool, spec%surfaces(1), [(i - 0.5_wp)/n_along, &
-                           (j - 0.5_wp)/n_rows], self%before(n/n_lanes + 1), mod(n, n_lanes) + 1)
+                           (j - 0.5_wp)/n_rows], self%movement, self%before(n/n_lanes + 1), &
+                           mod(n, n_lanes) + 1)
           n = n + 1
         end do
       end do
@@ -221,10 +234,11 @@ contains
   end subroutine prepare_die
 
   !> One point: below the surface at these parameters, found, then moved along the first tangent.
-  subroutine place_point(tool, surface, at, lanes, lane)
+  subroutine place_point(tool, surface, at, movement, lanes, lane)
     type(tool_t), intent(in) :: tool
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: at(2)              !! shares of the parameter ranges
+    real(wp), intent(in) :: movement           !! [mm]
     type(lanes_t), intent(inout) :: lanes
     integer, intent(in) :: lane
     type(hit_t) :: hit

@@ -16,7 +16,7 @@ module closest_point
   use tool_face, only: separation_t, separation, face_position, safe_normal
   use tool_seams, only: move_across
   use tool_cells, only: cell_t
-  use edge_contact, only: is_on_tool, edge_gap
+  use edge_contact, only: is_on_tool, room_on_tool, edge_gap
   implicit none
   private
 
@@ -58,6 +58,8 @@ module closest_point
     integer :: face(n_lanes)                 !! face of each point, all positive
     real(wp) :: x(n_lanes, 3)                !! points in the tool's frame [length]
     real(wp) :: s(n_lanes), t(n_lanes)       !! local coordinates: before, then now
+    real(wp) :: room(n_lanes)                !! how far these may change within the trim of the
+                                             !! face, at least: likewise; of trimmed tools alone
     real(wp) :: gap(n_lanes)                 !! signed, on the sheet's side positive [length]
     real(wp) :: normal(n_lanes, 3)           !! unit, towards the sheet's side
     logical :: is_good(n_lanes)              !! settled inside the face
@@ -402,8 +404,10 @@ contains
     type(jet_t) :: jet
     type(newton_t) :: newton
     integer :: iteration, lane, n1, n2
-    real(wp) :: limit, length
+    real(wp) :: limit, length, before(n_lanes, 2)
 
+    before(:, 1) = lanes%s
+    before(:, 2) = lanes%t
     n1 = tool%orders(1)
     n2 = tool%orders(2)
     call gather_faces(n1, n2, tool%n_faces, tool%coefficients, lanes%face, c)
@@ -424,7 +428,7 @@ contains
     lanes%is_good = lanes%is_good .and. newton%k_ss > 0.0_wp .and. newton%determinant > 0.0_wp &
       .and. abs(lanes%s - 0.5_wp) <= 0.5_wp + edge_tolerance &
       .and. abs(lanes%t - 0.5_wp) <= 0.5_wp + edge_tolerance
-    if (tool%is_trimmed) call leave_trims(tool, lanes)
+    if (tool%is_trimmed) call leave_trims(tool, before, lanes)
     !$omp simd private(length)
     do lane = 1, n_lanes
       length = tool%side*sqrt(newton%normal(lane, 1)**2 + newton%normal(lane, 2)**2 &
@@ -436,15 +440,22 @@ contains
     end do
   end subroutine follow_lanes
 
-  !> Points that have left the trim of their surface are not settled.
-  pure subroutine leave_trims(tool, lanes)
+  !> Points that have left the trim of their surface are not settled. It is asked again where they
+  !! have used up the room that they had.
+  pure subroutine leave_trims(tool, before, lanes)
     type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: before(n_lanes, 2)     !! local coordinates
     type(lanes_t), intent(inout) :: lanes
+    real(wp) :: at(2)
     integer :: lane
 
     do lane = 1, n_lanes
       if (.not. lanes%is_good(lane) .or. .not. tool%is_cut(lanes%face(lane))) cycle
-      lanes%is_good(lane) = is_on_tool(tool, lanes%face(lane), [lanes%s(lane), lanes%t(lane)])
+      at = [lanes%s(lane), lanes%t(lane)]
+      lanes%room(lane) = lanes%room(lane) - maxval(abs(at - before(lane, :)))
+      if (lanes%room(lane) > 0.0_wp) cycle
+      lanes%is_good(lane) = is_on_tool(tool, lanes%face(lane), at)
+      if (lanes%is_good(lane)) lanes%room(lane) = room_on_tool(tool, lanes%face(lane), at)
     end do
   end subroutine leave_trims
 

@@ -90,6 +90,7 @@ module contact
     integer :: n_faces = 0                   !! of the tool
     integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
     real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (2, n_points)
+    real(wp), allocatable :: room(:)         !! see `lanes_t`; trimmed tools alone, else not there
     real(wp), allocatable :: test_at(:)      !! travel of the tile at which it is tested [length]
     real(wp), allocatable :: search_at(:)    !! travel at which it is searched again [length]
     real(wp), allocatable :: start(:)        !! depth from which its spring is loaded, `no_contact`
@@ -150,6 +151,7 @@ contains
       allocate (contact%stiffness(n), contact%face(n), contact%at(2, n))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3), source=0.0_wp)
       allocate (contact%start(n), source=no_contact)
+      if (tool%is_trimmed) allocate (contact%room(n), source=0.0_wp)
     end associate
     call new_face_motion(contact%motion, secondary%n_net)
     call set_stiffness(contact, mass, dt)
@@ -555,6 +557,7 @@ contains
       lanes%x(lane, 2) = due%x(at(lane), 2)
       lanes%x(lane, 3) = due%x(at(lane), 3)
     end do
+    if (tool%is_trimmed) lanes%room = contact%room(due%point(at))
     call follow_lanes(tool, lanes)
     call count_iterations(result%counts, lanes%n_iterations, n)
     do lane = 1, n
@@ -567,6 +570,7 @@ contains
       safe = max(lanes%gap(lane), -lanes%gap(lane) - contact%options%max_depth, 0.0_wp)
       contact%at(1, p) = lanes%s(lane)
       contact%at(2, p) = lanes%t(lane)
+      if (tool%is_trimmed) contact%room(p) = lanes%room(lane)
       contact%test_at(p) = min(tile%travel + safe, contact%search_at(p))
       due%depth(i) = merge(0.0_wp, -lanes%gap(lane), safe > 0.0_wp)
       due%normal(i, 1) = lanes%normal(lane, 1)
@@ -659,6 +663,7 @@ contains
 
     contact%face(due%point(i)) = hit%face
     contact%at(:, due%point(i)) = hit%at
+    if (tool%is_trimmed) contact%room(due%point(i)) = 0.0_wp
     due%normal(i, :) = hit%normal
     due%depth(i) = -hit%gap
     if (hit%face == 0 .or. due%depth(i) >= contact%options%max_depth &
@@ -707,6 +712,7 @@ contains
       end associate
     end if
     if (.not. store%is_taking) return
+    if (allocated(contact%room)) contact%room = 0.0_wp
     do i = 1, size(contact%tiles)
       contact%tiles(i)%test_at = earliest_test(contact%tiles(i), contact%secondary%n_along, &
                                                contact%test_at)

@@ -9,11 +9,11 @@ module edge_contact
   use tool, only: tool_t
   use tool_face, only: safe_normal
   use tool_edges, only: evaluate_edge, place_across
-  use surface_trim, only: is_inside
+  use surface_trim, only: is_inside, clearance
   implicit none
   private
 
-  public :: is_on_tool, is_lowest, edge_gap
+  public :: is_on_tool, room_on_tool, is_lowest, edge_gap
 
   real(wp), parameter :: along_normal = 1.0e-6_wp      !! sine of an angle taken for zero
   real(wp), parameter :: step_tolerance = 1.0e-12_wp   !! part of the tool's scale
@@ -52,6 +52,20 @@ contains
       is_on_tool = is_inside(tool%trims(s), face - tool%faces_before(s), at)
     end associate
   end function is_on_tool
+
+  !> How far both local coordinates may change, at least, before a position of a cut face that
+  !! counts may not count any more.
+  pure real(wp) function room_on_tool(tool, face, at) result(room)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face
+    real(wp), intent(in) :: at(2)
+
+    room = min(minval(at), minval(1.0_wp - at))
+    if (room <= 0.0_wp) return
+    associate (s => tool%surface_of(face))
+      room = min(room, clearance(tool%trims(s), face - tool%faces_before(s), at))
+    end associate
+  end function room_on_tool
 
   !> Directions at a position of a piece.
   pure function side_at(tool, edge, along, x) result(side)

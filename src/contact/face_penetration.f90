@@ -109,6 +109,7 @@ contains
       lanes%s(k) = lanes%s(n)
       lanes%t(k) = lanes%t(n)
     end do
+    lanes%room = 0.0_wp
     call follow_lanes(tool, lanes)
     do k = 1, n
       associate (sample => found(at(1, k), at(2, k)))

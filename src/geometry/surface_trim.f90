@@ -14,7 +14,7 @@ module surface_trim
   implicit none
   private
 
-  public :: trim_t, trim_piece_t, new_trim, is_inside, is_outside, place_in_spans
+  public :: trim_t, trim_piece_t, new_trim, is_inside, is_outside, clearance, place_in_spans
 
   integer, parameter :: most_pieces = 3       !! of a leaf that is not quartered
   integer, parameter :: deepest = 14          !! quarterings of a span
@@ -89,20 +89,12 @@ contains
     integer, intent(in) :: span       !! axis 1 fastest
     real(wp), intent(in) :: at(2)     !! local coordinates from 0 to 1
     real(wp) :: x(2)
-    integer :: i, k
+    integer :: k
 
-    i = trim%root(span)
-    is_inside = i == 0
-    if (i <= 0) return
+    is_inside = trim%root(span) == 0
+    if (trim%root(span) <= 0) return
     x = min(max(at, 0.0_wp), [1.0_wp, nearest(1.0_wp, -1.0_wp)])
-    do while (trim%nodes(i)%child > 0)
-      associate (node => trim%nodes(i))
-        i = node%child + 1
-        if (x(1) >= 0.5_wp*(node%low(1) + node%high(1))) i = i + 1
-        if (x(2) >= 0.5_wp*(node%low(2) + node%high(2))) i = i + 2
-      end associate
-    end do
-    associate (node => trim%nodes(i))
+    associate (node => trim%nodes(leaf_at(trim, span, x)))
       is_inside = node%is_inside
       do k = node%first, node%first + node%n - 1
         if (passes(trim%parts(k), x)) is_inside = .not. is_inside
@@ -110,6 +102,41 @@ contains
       end do
     end associate
   end function is_inside
+
+  !> How far both coordinates may change before a position can come to lie on the other side of a
+  !! loop, or beyond its leaf: at least this far.
+  pure real(wp) function clearance(trim, span, at) result(free)
+    type(trim_t), intent(in) :: trim
+    integer, intent(in) :: span       !! axis 1 fastest; one with a leaf
+    real(wp), intent(in) :: at(2)     !! local coordinates from 0 to 1
+    integer :: k
+
+    associate (node => trim%nodes(leaf_at(trim, span, at)))
+      free = min(minval(at - node%low), minval(node%high - at))
+      do k = node%first, node%first + node%n - 1
+        associate (piece => trim%parts(k))
+          free = min(free, max(maxval(piece%low - at), maxval(at - piece%high)))
+        end associate
+      end do
+    end associate
+    free = max(free, 0.0_wp)
+  end function clearance
+
+  !> The leaf of a cut span that holds a position.
+  pure integer function leaf_at(trim, span, x) result(i)
+    type(trim_t), intent(in) :: trim
+    integer, intent(in) :: span
+    real(wp), intent(in) :: x(2)      !! local coordinates from 0 to 1
+
+    i = trim%root(span)
+    do while (trim%nodes(i)%child > 0)
+      associate (node => trim%nodes(i))
+        i = node%child + 1
+        if (x(1) >= 0.5_wp*(node%low(1) + node%high(1))) i = i + 1
+        if (x(2) >= 0.5_wp*(node%low(2) + node%high(2))) i = i + 2
+      end associate
+    end do
+  end function leaf_at
 
   !> Whether nothing of a rectangle in a span counts.
   pure logical function is_outside(trim, span, low, high)
