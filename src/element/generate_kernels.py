@@ -58,6 +58,7 @@ CUT_BASIS = [f"patch%lanes%cut%{name}(1, 1, 1, cut)" for name in
     + [f"patch%lanes%cut%{name}(1, 1, 1, cut)" for name in ("values2", "slopes2", "bends2")] \
     + ["[1.0_wp]"]
 CUT_SOLID_BASIS = [item for item in CUT_BASIS if "bends" not in item]
+CUT_NODAL_BASIS = [item for item in CUT_SOLID_BASIS if "values" in item or "slopes" in item]
 SHELL_RATIONAL = ["points%rational(1, 1, 1, block%number)"]
 SHELL_STATE = ["points%metric(1, 1, 1, block%number)", "points%thickness(1, 1, block%number)",
                "points%through(1, 1, 1, block%number)",
@@ -142,8 +143,8 @@ def force_arguments(is_rational, direct, basis):
             "f", "sums", "ok"]
 
 
-def strain_arguments(_, is_rational, context=()):
-    return ["has_end", "has_jacobian", "has_tangents", "u", *AXIS_1, *AXIS_2, *AXIS_3,
+def strain_arguments(_, is_rational, context=(), basis=(*AXIS_1, *AXIS_2)):
+    return ["has_end", "has_jacobian", "has_tangents", "u", *basis, *AXIS_3,
             *RATIONAL*is_rational, *context,
             "fields%dstrain", "fields%spin", "fields%volume", "fields%end_volume",
             "fields%jacobian", "fields%tangents", "fields%sums"]
@@ -153,9 +154,17 @@ def context_arguments(is_fixed, is_rational):
     return strain_arguments(is_fixed, is_rational, CONTEXT)
 
 
-def nodal_arguments(_, is_rational):
-    return ["has_jacobian", "has_plane", "u", *BASIS_1, *BASIS_2, *BASIS_3, *RATIONAL*is_rational,
+def cut_context_arguments(is_fixed, is_rational):
+    return strain_arguments(is_fixed, is_rational, CONTEXT, CUT_SOLID_BASIS)
+
+
+def nodal_arguments(_, is_rational, basis=(*BASIS_1, *BASIS_2)):
+    return ["has_jacobian", "has_plane", "u", *basis, *BASIS_3, *RATIONAL*is_rational,
             "fields%jacobian", "fields%weighted", "fields%plane", "f"]
+
+
+def cut_nodal_arguments(is_fixed, is_rational):
+    return nodal_arguments(is_fixed, is_rational, CUT_NODAL_BASIS)
 
 
 def strip_arguments(*_):
@@ -201,6 +210,14 @@ KERNELS = [
            SOLID_RULES, COUNTS, context_arguments),
     Kernel("ig_nodal", "block_nodal", "Nodal forces of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "NODAL"], [], SOLID_RULES, COUNTS, nodal_arguments),
+    # Of solids that an outline cuts, whose law asks for the context: few elements, any rule.
+    Kernel("ig_cutcontext", "block_strain", "Kinematics of cut solids for laws with context",
+           "ig_solid_kernel.inc", ["SCATTERED", "PROJECTED", "STRAIN", "CONTEXT"],
+           [POINTS, ("point_kinematics", "deformation_gradients")], [], CUT_SOLID_COUNTS,
+           cut_context_arguments),
+    Kernel("ig_cutnodal", "block_nodal", "Nodal forces of cut solids for laws with context",
+           "ig_solid_kernel.inc", ["SCATTERED", "PROJECTED", "NODAL"], [], [], CUT_SOLID_COUNTS,
+           cut_nodal_arguments),
     Kernel("plane_strain", "block_forces", "Block force kernel of plane strain",
            "plane_strain_kernel.inc", [],
            [LAW, ("solid_patch", "plane_strain_t"), ("tensor_rotation", "far_turn")],

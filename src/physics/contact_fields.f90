@@ -67,6 +67,7 @@ contains
       associate (field => fields%tools(s))
         field%grid = new_surface_grid(tool%surfaces(s), length)
         field%areas = grid_areas(tool%surfaces(s), field%grid)
+        if (tool%is_trimmed) call leave_inside(tool, s, field)
         allocate (field%pressure, mold=field%areas)
         field%pressure = 0.0_wp
         if (has_wear) allocate (field%wear, source=field%pressure)
@@ -76,6 +77,19 @@ contains
     allocate (fields%is_touching(pair%secondary%n_points), source=.false.)
     if (allocated(pair%friction)) allocate (fields%stretch, source=pair%friction%stretch)
   end subroutine new_contact_fields
+
+  !> The areas of what a trim leaves. Nodes with next to nothing get nothing, for the force of a
+  !! single point on it would be a pressure beyond all others.
+  subroutine leave_inside(tool, s, field)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: s                          !! the surface
+    type(tool_field_t), intent(inout) :: field
+    real(wp), parameter :: least = 0.05_wp            ! of the whole area
+    real(wp) :: inside(size(field%areas, 1), size(field%areas, 2))
+
+    inside = grid_areas(tool%surfaces(s), field%grid, tool%trims(s))
+    field%areas = merge(inside, 0.0_wp, inside >= least*field%areas)
+  end subroutine leave_inside
 
   !> Add the wear of the step that led to the present forces: the mean of the normal force is that
   !! of its end, the slip is the motion along the tool but for what the spring of friction took up.

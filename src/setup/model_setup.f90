@@ -254,8 +254,7 @@ contains
       end if
       if (.not. blank%parts(1)%element%can_be_cut) then
         call add_error(errors, scene%outlines(1)%origin, "an outline of solids with "// &
-                       "PROJECTION, or of a user or hyperelastic material", "ELEMENT=SHELL, or "// &
-                       "no PROJECTION and another material")
+                       "PROJECTION", "ELEMENT=SHELL, or no PROJECTION")
         return
       end if
     end associate

@@ -8,7 +8,7 @@ module projected_forces
   use basis_tables, only: n_lanes
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_elements_of, next_group, &
-                         most_in_group
+                         most_in_group, cut_number
   use strain_projection, only: projection_t, project_nothing, project_sheet, project_along
   use projected_points, only: correct_volume, split_volume, join_volume, &
                               correct_sheet, split_sheet, join_sheet, logarithmic_volumes, &
@@ -19,6 +19,8 @@ module projected_forces
 #include "ig_strain_uses.inc"
 #include "ig_context_uses.inc"
 #include "ig_nodal_uses.inc"
+#include "ig_cutcontext_uses.inc"
+#include "ig_cutnodal_uses.inc"
   implicit none
   private
 
@@ -235,14 +237,19 @@ contains
     logical, intent(in) :: has_end                   !! of the step, and the tangents of sheets
     real(wp), intent(in) :: u(*)                     !! from gather_motion
     type(point_fields_t), intent(inout) :: fields
-    integer :: p(3), q(3)
+    integer :: p(3), q(3), cut
     logical :: has_jacobian, has_tangents
 
     has_jacobian = .not. projection%is_smooth
     has_tangents = has_end .and. projection%kind == project_sheet
     p = patch%axes%degree
     q = patch%axes%n_points
-    if (patch%has_context) then
+    cut = cut_number(patch, block)
+    if (cut > 0) then
+      select case (2 - mod(patch%kernel, 2))     ! without weights, with weights
+#include "ig_cutcontext_cases.inc"
+      end select
+    else if (patch%has_context) then
       select case (patch%kernel)
 #include "ig_context_cases.inc"
       end select
@@ -261,13 +268,20 @@ contains
     real(wp), intent(in) :: u(*)                     !! positions, for smooth projections
     type(point_fields_t), intent(in) :: fields
     real(wp), intent(inout) :: f(*)
-    integer :: p(3), q(3)
+    integer :: p(3), q(3), cut
     logical :: has_jacobian, has_plane
 
     has_jacobian = .not. projection%is_smooth
     has_plane = projection%kind == project_sheet
     p = patch%axes%degree
     q = patch%axes%n_points
+    cut = cut_number(patch, block)
+    if (cut > 0) then
+      select case (2 - mod(patch%kernel, 2))     ! without weights, with weights
+#include "ig_cutnodal_cases.inc"
+      end select
+      return
+    end if
     select case (patch%kernel)
 #include "ig_nodal_cases.inc"
     end select

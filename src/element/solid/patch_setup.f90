@@ -51,7 +51,7 @@ contains
   !> The same of what an outline keeps of a patch.
   subroutine new_cut_patch(patch, whole, solid, moments, law, error)
     type(solid_patch_t), intent(out) :: patch
-    type(solid_patch_t), intent(in) :: whole         !! or cut before; without context
+    type(solid_patch_t), intent(in) :: whole         !! or cut before
     type(nurbs_solid_t), intent(in) :: solid         !! that it was made of
     real(wp), intent(in) :: moments(:, :, :)         !! of the elements, see `cut_cells`
     class(block_law_t), intent(in) :: law
@@ -60,10 +60,13 @@ contains
 
     patch%axes = whole%axes
     patch%is_rational = whole%is_rational
+    patch%has_context = whole%has_context
+    patch%has_gradients = whole%has_gradients
     if (patch%is_rational) patch%weights = whole%weights
     call new_trimmed_lanes(solid%axes(:2), patch%axes(:2), moments, lanes)
     call fill_patch(patch, solid, law, [whole%viscosity%linear, whole%viscosity%quadratic], error, &
                     lanes)
+    if (whole%together == 1) call separate_rows(patch)
   end subroutine new_cut_patch
 
   !> What follows of the tables of the axes, the weights and, with an outline, the lanes.

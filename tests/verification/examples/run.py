@@ -194,6 +194,38 @@ def channel_springback(folder):
         turned.append(ends[1] - ends[0])
     between("angle between the ends, formed", turned[0], 10.2, 11.6)
     between("springback of this angle", turned[1] - turned[0], 12.0, 13.4)
+    compare_elastic_releases(folder)
+
+
+def compare_elastic_releases(folder):
+    """With a law that cannot yield once the dies are gone, the damped strip comes to rest where the
+    static step ends."""
+    inputs = os.path.join(PROJECT, "input")
+    with open(os.path.join(inputs, "channel_springback.key"), encoding="utf-8") as file:
+        text = file.read()
+    head, rest = text.split("*PLASTIC, HARDENING=VOCE\n250, 250, 6\n")
+    deck = os.path.join(folder, "elastic.key")
+    with open(deck, "w", encoding="utf-8") as file:
+        file.write(head + "*USER MATERIAL, CONSTANTS=5, KINEMATICS=SMALL\n"
+                          "210000, 0.3, 250, 250, 6\n*DEPVAR\n1\n" + rest)
+    for name in ("springback", "channel"):
+        shutil.copytree(os.path.join(inputs, name), os.path.join(folder, name))
+    with open(os.path.join(inputs, "umat_voce.f"), encoding="utf-8") as file:
+        law = file.read()
+    assert law.count("DONE = Q .LE. FLOW\n") == 1
+    user = os.path.join(folder, "elastic.f")
+    with open(user, "w", encoding="utf-8") as file:
+        file.write(law.replace("DONE = Q .LE. FLOW\n", "DONE = Q .LE. FLOW .OR. KSTEP .GE. 2\n"))
+    angles = []
+    for release in ("static", "relaxed"):
+        results = run(folder, ("--user", user, "--threads", "1"), deck, release + ".h5", since=0.75,
+                      release=release)
+        section = Section(results)
+        line = section.sheet(len(results.times) - 1)[1]
+        angles.append([fitted(line[by_start(section.start, *bounds)])["direction"]
+                       for bounds in ((0, 50), (90, 180), (330, 420), (500, 600))])
+    between("angles by the static step less those by damping",
+            np.abs(np.subtract(*map(np.diff, angles))).max(), 0, 0.05)
 
 
 def main():

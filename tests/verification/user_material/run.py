@@ -19,6 +19,7 @@ import numpy as np
 import fields
 import foreign
 import keeping
+import outlines
 import overruns
 import sheets
 from common import BODY, Bench, FILES, INPUT, STEEL, TURNING, VOCE, deck, same, user
@@ -432,6 +433,8 @@ CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
           fields.failures_name_the_routine,
           foreign.sources_for_ifort_are_accepted, foreign.causes_are_named,
           foreign.languages_and_libraries,
+          outlines.cut_solids_agree_with_built_in_laws,
+          outlines.cut_solids_store_the_work_that_they_do,
           sheets.both_forms_agree_with_built_in_laws, sheets.material_tests_know_both_forms,
           sheets.restarts_continue_with_the_same_bits,
           sheets.sheets_are_described_to_the_law,
