@@ -15,6 +15,7 @@ module body_stiffness
   use patch_seams, only: seams_t, top_of
   use block_law, only: block_law_t
   use element, only: element_t, part_t, force_report_t, next_element
+  use linear_algebra, only: cross
   use patch_points, only: determinant
   use vibration, only: fixed_t
   use basis_tables, only: n_lanes
@@ -256,17 +257,18 @@ contains
     end do
   end function field_of
 
-  !> About the square of the angular frequency that a cantilever would have that is as long and wide
-  !! as the diameter of the body: below the lowest of most bodies.
+  !> About the square of the angular frequency that a cantilever would have that is as thick as the
+  !! body and as long as its diameter: below the lowest of most bodies.
   real(wp) function bending_guess(bodies, law) result(square)
     type(part_t), intent(in) :: bodies(:)
     class(block_law_t), intent(in) :: law
-    real(wp) :: low(3), high(3), length, volume, mass
+    real(wp) :: low(3), high(3), length, volume, areas(3), mass
     integer :: p, c
 
     low = huge(1.0_wp)
     high = -huge(1.0_wp)
     volume = 0.0_wp
+    areas = 0.0_wp
     mass = 0.0_wp
     do p = 1, size(bodies)
       associate (element => bodies(p)%element)
@@ -276,28 +278,34 @@ contains
         end do
         mass = mass + sum(element%mass)
       end associate
-      volume = volume + volume_of(bodies(p))
+      call add_sizes(bodies(p), volume, areas)
     end do
     length = norm2(high - low)
-    square = law%shear*volume**3/(mass*length**8)
+    square = law%shear*(volume/maxval(areas))**2*volume/(mass*length**4)
   end function bending_guess
 
-  !> By one point of each element.
-  real(wp) function volume_of(part) result(volume)
+  !> Volume at the start, and areas across the three axes, each the mean over its elements: volume
+  !! over the largest is the thickness of a sheet. By one point of each element.
+  subroutine add_sizes(part, volume, areas)
     type(part_t), intent(in) :: part
+    real(wp), intent(inout) :: volume, areas(3)
     real(wp) :: j(3, 3), x(3)
-    integer :: e(3), i
+    integer :: e(3), i, axis
 
     e = [0, 1, 1]
-    volume = 0.0_wp
     associate (element => part%element)
       do i = 1, product(element%n_elements)
         call next_element(element%n_elements, e)
         call element%jacobian(element%grid, e, [1, 1, 1], j, x)
         volume = volume + 8.0_wp*abs(determinant(j))
+        do axis = 1, 3
+          areas(axis) = areas(axis) + 4.0_wp*norm2(cross(j(:, modulo(axis, 3) + 1), &
+                                                         j(:, modulo(axis + 1, 3) + 1))) &
+                                      /element%n_elements(axis)
+        end do
       end do
     end associate
-  end function volume_of
+  end subroutine add_sizes
 
   !> The unknowns of a body and the entries of its matrix, which are zero yet.
   subroutine new_body_stiffness(stiffness, parts, seams, fixed, error, joints)

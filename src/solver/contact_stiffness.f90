@@ -4,7 +4,7 @@ module contact_stiffness
   use kinds, only: wp
   use contact, only: contact_t
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
-  use effect, only: effect_slot_t
+  use effect, only: effect_slot_t, is_from_outside
   use tool, only: tool_t
   use tool_face, only: face_derivatives
   use linear_algebra, only: cross
@@ -16,7 +16,7 @@ module contact_stiffness
   implicit none
   private
 
-  public :: add_contact_stiffness, n_touching, shortest_reach
+  public :: add_contact_stiffness, n_touching, any_load, shortest_reach
 
 contains
 
@@ -57,6 +57,22 @@ contains
       n = n + count(pairs(i)%pair%pair%start >= 0.0_wp)
     end do
   end function n_touching
+
+  !> Is there a force from outside that is not contact?
+  logical function any_load(effects)
+    type(effect_slot_t), intent(in) :: effects(:)
+    integer :: i
+
+    any_load = .false.
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        cycle
+      class default
+        any_load = any_load .or. is_from_outside(item)
+      end select
+    end do
+  end function any_load
 
   !> Smallest depth at which a point counts as behind a tool; huge where there is no contact pair.
   real(wp) function shortest_reach(effects) result(reach)

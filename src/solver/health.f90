@@ -27,8 +27,8 @@ module health
   implicit none
   private
 
-  public :: check_health, check_balance, check_pairs, check_hidden_depths, added_mass_warning
-  public :: shear_warning
+  public :: check_health, find_failure, check_balance, check_pairs, check_hidden_depths
+  public :: added_mass_warning, shear_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
   real(wp), parameter :: alternation = 0.01_wp  ! of the largest energy so far
@@ -242,39 +242,50 @@ contains
     type(model_t), intent(in) :: model
     type(instant_t), intent(in) :: instant
     type(step_control_t), intent(in) :: control
-    character(:), allocatable :: message, user_failure
+    character(:), allocatable :: message
     type(location_t) :: location
     type(facts_t) :: facts
     integer :: failure
+
+    call find_failure(model%bodies%blank, instant, message, failure, location)
+    if (location%part > 0 .and. .not. location%is_at_start) then
+      facts = facts_of(model, instant, control, location%position)
+    else
+      facts = facts_of(model, instant, control)
+    end if
+    message = message//causes_of(failure, facts)
+  end function failed_message
+
+  !> What of the blank failed in the last evaluation of its forces, where and when. What a user's
+  !! subroutine has noted is forgotten.
+  subroutine find_failure(blank, instant, message, failure, location)
+    type(blank_t), intent(in) :: blank
+    type(instant_t), intent(in) :: instant
+    character(:), allocatable, intent(out) :: message
+    integer, intent(out) :: failure                     !! see `causes_of`
+    type(location_t), intent(out) :: location
+    character(:), allocatable :: user_failure
     logical :: is_refusal
 
     call take_user_failure(user_failure, is_refusal)
-    associate (blank => model%bodies%blank)
-      failure = merge(inverted, not_finite, blank%report%smallest_det <= 0.0_wp)
-      message = "blank '"//blank%name//"': "
-      if (failure == inverted) then
-        message = message//"an inverted element (negative Jacobian)"
-      else if (user_failure /= "") then
-        message = user_failure//"; "//message//"the stress update failed"
-        if (is_refusal) failure = increment_refused
-      else
-        message = message//"the stress update failed or met NaN or infinite values"
-      end if
-      location = location_of_failure(blank)
-      message = message//", "//when(instant)//", in "
-      if (location%part > 0) then
-        message = message//location_text(blank, location)
-      else
-        message = message//block_text(blank)
-      end if
-      if (location%part > 0 .and. .not. location%is_at_start) then
-        facts = facts_of(model, instant, control, location%position)
-      else
-        facts = facts_of(model, instant, control)
-      end if
-      message = message//causes_of(failure, facts)
-    end associate
-  end function failed_message
+    failure = merge(inverted, not_finite, blank%report%smallest_det <= 0.0_wp)
+    message = "blank '"//blank%name//"': "
+    if (failure == inverted) then
+      message = message//"an inverted element (negative Jacobian)"
+    else if (user_failure /= "") then
+      message = user_failure//"; "//message//"the stress update failed"
+      if (is_refusal) failure = increment_refused
+    else
+      message = message//"the stress update failed or met NaN or infinite values"
+    end if
+    location = location_of_failure(blank)
+    message = message//", "//when(instant)//", in "
+    if (location%part > 0) then
+      message = message//location_text(blank, location)
+    else
+      message = message//block_text(blank)
+    end if
+  end subroutine find_failure
 
   function when(instant) result(text)
     type(instant_t), intent(in) :: instant

@@ -1,14 +1,18 @@
-!> Rigid motions of a body that its supports leave, and the fewest components of control points that
-!! hold them. A trim may leave several pieces, each with rigid motions of its own.
+!> Rigid motions of bodies that their supports leave, and the fewest components of control points
+!! that hold them. Patches without a common seam are bodies of their own, as are the pieces that a
+!! trim leaves.
 module rigid_supports
   use kinds, only: wp
+  use text, only: place_text
   use knot_vector, only: span_table
+  use patch_seams, only: seams_t
   use element, only: part_t, element_t
+  use body_parts, only: field_t
   use vibration, only: fixed_t
   implicit none
   private
 
-  public :: hold_rigid_motions
+  public :: hold_rigid_motions, held_words, find_unheld, motions_along
 
   !> What constraints have taken from the six rigid motions: an orthonormal basis.
   type :: taken_t
@@ -16,48 +20,56 @@ module rigid_supports
     real(wp) :: basis(6, 6) = 0.0_wp
   end type taken_t
 
+  !> Number of the body of each control point of a part, 0 for those without motion of their own.
+  type :: body_of_t
+    integer, allocatable :: number(:, :)
+  end type body_of_t
+
   real(wp), parameter :: least = 1.0e-6_wp         !! of a motion that counts as held
+  character(1), parameter :: axes(3) = ["x", "y", "z"]
 
 contains
 
   !> Hold what is free, each time the component that the rigid motions left move most: points well
   !! apart.
-  subroutine hold_rigid_motions(parts, fixed, n_added)
+  subroutine hold_rigid_motions(parts, seams, at, fixed, added)
     type(part_t), intent(in) :: parts(:)
+    type(seams_t), intent(in) :: seams
+    type(field_t), intent(in) :: at(:)               !! positions of the control points, by part
     type(fixed_t), intent(inout) :: fixed(:)
-    integer, intent(out), optional :: n_added
-    integer, allocatable :: piece(:, :)
+    integer, allocatable, intent(out) :: added(:, :) !! part and place in the field as one list, (2, n)
+    type(body_of_t) :: bodies(size(parts))
     real(wp) :: centre(3), length
     integer :: k, n
 
-    call find_extent(parts, centre, length)
-    call find_pieces(parts(1)%element, piece)
-    n = 0
-    do k = 1, max(1, maxval(piece))
-      call hold_piece(parts, piece, k, centre, length, fixed, n)
+    call find_extent(at, centre, length)
+    call find_bodies(parts, seams, bodies, n)
+    allocate (added(2, 0))
+    do k = 1, n
+      call hold_body(at, bodies, k, centre, length, fixed, added)
     end do
-    if (present(n_added)) n_added = n
   end subroutine hold_rigid_motions
 
-  !> The same of one piece.
-  subroutine hold_piece(parts, piece, k, centre, length, fixed, n_added)
-    type(part_t), intent(in) :: parts(:)
-    integer, intent(in) :: piece(:, :), k            !! of the control points; the one to hold
-    real(wp), intent(in) :: centre(3), length        !! of the body
+  !> The same of one body.
+  subroutine hold_body(at, bodies, k, centre, length, fixed, added)
+    type(field_t), intent(in) :: at(:)
+    type(body_of_t), intent(in) :: bodies(:)
+    integer, intent(in) :: k
+    real(wp), intent(in) :: centre(3), length        !! of all bodies
     type(fixed_t), intent(inout) :: fixed(:)
-    integer, intent(inout) :: n_added
+    integer, allocatable, intent(inout) :: added(:, :)
     type(taken_t) :: taken
     real(wp) :: rest(6), largest
     integer :: p, i, best(2)
 
-    call take_supports()
+    taken = taken_by_supports(at, bodies, k, centre, length, fixed)
     do while (taken%n < 6)
       largest = 0.0_wp
       best = 0
-      do p = 1, size(parts)
+      do p = 1, size(at)
         do i = 1, size(fixed(p)%is_fixed)
-          if (.not. (is_leader(fixed(p), i) .and. is_in_piece(parts(p), i, piece, k))) cycle
-          rest = remainder(taken, rigid_row(parts(p), i, centre, length))
+          if (.not. (is_leader(fixed(p), i) .and. is_in_body(bodies(p), i, k))) cycle
+          rest = remainder(taken, rigid_row(at(p), i, centre, length))
           if (norm2(rest) <= largest*(1.0_wp + 1.0e-9_wp)) cycle
           largest = norm2(rest)
           best = [p, i]
@@ -65,42 +77,131 @@ contains
       end do
       if (largest <= least) exit   ! all on one line
       call hold(best(2), shape(fixed(best(1))%is_fixed), fixed(best(1))%is_fixed)
-      call take(taken, rigid_row(parts(best(1)), best(2), centre, length))
-      n_added = n_added + 1
+      call take(taken, rigid_row(at(best(1)), best(2), centre, length))
+      added = reshape([added, best], [2, size(added, 2) + 1])
     end do
+  end subroutine hold_body
 
-  contains
+  !> What the supports of a body hold of its rigid motions.
+  pure function taken_by_supports(at, bodies, k, centre, length, fixed) result(taken)
+    type(field_t), intent(in) :: at(:)
+    type(body_of_t), intent(in) :: bodies(:)
+    integer, intent(in) :: k
+    real(wp), intent(in) :: centre(3), length
+    type(fixed_t), intent(in) :: fixed(:)
+    type(taken_t) :: taken
+    logical, allocatable :: held(:)
+    integer :: p, i
 
-    subroutine take_supports()
-      logical, allocatable :: held(:)
+    do p = 1, size(at)
+      held = reshape(fixed(p)%is_fixed, [size(fixed(p)%is_fixed)])
+      do i = 1, size(held)
+        if (taken%n == 6) return
+        if (.not. is_in_body(bodies(p), i, k)) cycle
+        if (held(i)) call take(taken, rigid_row(at(p), i, centre, length))
+        if (is_leader(fixed(p), i)) cycle
+        call take(taken, rigid_row(at(p), i, centre, length) &
+                         - rigid_row(at(p), fixed(p)%leader(i), centre, length))
+      end do
+    end do
+  end function taken_by_supports
 
-      do p = 1, size(parts)
-        held = reshape(fixed(p)%is_fixed, [size(fixed(p)%is_fixed)])
-        do i = 1, size(held)
-          if (taken%n == 6) return
-          if (.not. is_in_piece(parts(p), i, piece, k)) cycle
-          if (held(i)) call take(taken, rigid_row(parts(p), i, centre, length))
-          if (is_leader(fixed(p), i)) cycle
-          call take(taken, rigid_row(parts(p), i, centre, length) &
-                           - rigid_row(parts(p), fixed(p)%leader(i), centre, length))
+  !> The resultant of forces that no support of a body can bear: its part along the rigid motions
+  !! that the supports leave, of the body where it is the largest part of all forces there.
+  subroutine find_unheld(parts, seams, at, fixed, forces, unheld, total)
+    type(part_t), intent(in) :: parts(:)
+    type(seams_t), intent(in) :: seams
+    type(field_t), intent(in) :: at(:), forces(:)    !! by part
+    type(fixed_t), intent(in) :: fixed(:)            !! supports
+    real(wp), intent(out) :: unheld(6)               !! forces, moments over the size [force]
+    real(wp), intent(out) :: total                   !! sum of all amounts [force]
+    type(body_of_t) :: bodies(size(parts))
+    real(wp), allocatable :: list(:)
+    real(wp) :: centre(3), length, resultant(6), amount
+    integer :: p, i, k, n
+
+    call find_extent(at, centre, length)
+    call find_bodies(parts, seams, bodies, n)
+    unheld = 0.0_wp
+    total = 0.0_wp
+    do k = 1, n
+      resultant = 0.0_wp
+      amount = 0.0_wp
+      do p = 1, size(at)
+        list = reshape(forces(p)%values, [size(forces(p)%values)])
+        do i = 1, size(list)
+          if (.not. is_in_body(bodies(p), i, k)) cycle
+          resultant = resultant + list(i)*rigid_row(at(p), i, centre, length)
+          amount = amount + abs(list(i))
         end do
       end do
-    end subroutine take_supports
-  end subroutine hold_piece
+      resultant = remainder(taken_by_supports(at, bodies, k, centre, length, fixed), resultant)
+      if (k > 1 .and. norm2(resultant)*total <= norm2(unheld)*amount) cycle
+      unheld = resultant
+      total = amount
+    end do
+  end subroutine find_unheld
+
+  !> The motions along which such a resultant acts.
+  pure function motions_along(unheld) result(words)
+    real(wp), intent(in) :: unheld(6)
+    character(:), allocatable :: words
+    real(wp), parameter :: little = 1.0e-3_wp
+    integer :: i
+
+    words = ""
+    do i = 1, 6
+      if (abs(unheld(i)) <= little*maxval(abs(unheld))) cycle
+      if (words /= "") words = words//", "
+      words = words//trim(merge("rotation about", "motion in     ", i > 3))//" "// &
+              axes(modulo(i - 1, 3) + 1)
+    end do
+  end function motions_along
+
+  !> Which body each control point belongs to: patches with a common seam are one. A trim may leave
+  !! several of a patch.
+  pure subroutine find_bodies(parts, seams, bodies, n)
+    type(part_t), intent(in) :: parts(:)
+    type(seams_t), intent(in) :: seams
+    type(body_of_t), intent(out) :: bodies(:)
+    integer, intent(out) :: n
+    integer :: group(size(parts)), p, g, i, first, other
+
+    group = [(p, p=1, size(parts))]
+    do g = 1, seams%n_groups
+      do i = seams%first(g) + 1, seams%first(g + 1) - 1
+        first = group(seams%patch(seams%first(g)))
+        other = group(seams%patch(i))
+        if (first == other) cycle
+        where (group == max(first, other)) group = min(first, other)
+      end do
+    end do
+    n = 0
+    do p = 1, size(parts)
+      if (group(p) /= p) cycle
+      n = n + 1
+      where (group == p) group = -n
+    end do
+    do p = 1, size(parts)
+      associate (points => shape(parts(p)%element%mass))
+        allocate (bodies(p)%number(points(1), points(2)), source=-group(p))
+      end associate
+    end do
+    if (size(parts) == 1 .and. allocated(parts(1)%element%ties%is_free)) then
+      call find_pieces(parts(1)%element, bodies(1)%number)
+      n = maxval(bodies(1)%number)
+    end if
+  end subroutine find_bodies
 
   !> Number of the piece of a trimmed sheet that each control point moves with, 0 for those without
   !! motion of their own. Elements belong together that share a control point.
   pure subroutine find_pieces(element, piece)
     class(element_t), intent(in) :: element
-    integer, allocatable, intent(out) :: piece(:, :)     !! without an outline of shape (0, 0)
+    integer, allocatable, intent(out) :: piece(:, :)
     integer, allocatable :: of(:, :)                     ! elements
     integer, allocatable :: spans1(:), spans2(:)
     integer :: queue(2, product(element%n_elements(:2))), i, j, n, done, last, low(2), high(2)
 
-    if (.not. allocated(element%ties%is_free)) then
-      allocate (piece(0, 0))
-      return
-    end if
     associate (share => element%ties%share, axes => element%grid%axes)
       spans1 = span_table(axes(1))
       spans2 = span_table(axes(2))
@@ -157,19 +258,18 @@ contains
     end do
   end subroutine add_neighbours
 
-  !> Does a control point move with a piece? At the edge of an outline some follow others.
-  pure logical function is_in_piece(part, place, piece, k)
-    type(part_t), intent(in) :: part
+  !> Does a control point move with a body? At the edge of an outline some follow others.
+  pure logical function is_in_body(body, place, k)
+    type(body_of_t), intent(in) :: body
     integer, intent(in) :: place                   !! of a component in the field as one list
-    integer, intent(in) :: piece(:, :), k
-    integer :: n(3), layer
+    integer, intent(in) :: k
+    integer :: layer
 
-    is_in_piece = size(piece) == 0
-    if (is_in_piece) return
-    n = shape(part%element%mass)
-    layer = mod(place - 1, n(1)*n(2))
-    is_in_piece = piece(mod(layer, n(1)) + 1, layer/n(1) + 1) == k
-  end function is_in_piece
+    associate (n => shape(body%number))
+      layer = mod(place - 1, n(1)*n(2))
+      is_in_body = body%number(mod(layer, n(1)) + 1, layer/n(1) + 1) == k
+    end associate
+  end function is_in_body
 
   pure subroutine hold(place, n, is_fixed)
     integer, intent(in) :: place, n(4)
@@ -178,18 +278,18 @@ contains
     is_fixed(place) = .true.
   end subroutine hold
 
-  pure subroutine find_extent(parts, centre, length)
-    type(part_t), intent(in) :: parts(:)
+  pure subroutine find_extent(at, centre, length)
+    type(field_t), intent(in) :: at(:)
     real(wp), intent(out) :: centre(3), length
     real(wp) :: low(3), high(3)
     integer :: p, c
 
     low = huge(low)
     high = -huge(high)
-    do p = 1, size(parts)
+    do p = 1, size(at)
       do c = 1, 3
-        low(c) = min(low(c), minval(parts(p)%element%motion%x(:, :, :, c)))
-        high(c) = max(high(c), maxval(parts(p)%element%motion%x(:, :, :, c)))
+        low(c) = min(low(c), minval(at(p)%values(:, :, :, c)))
+        high(c) = max(high(c), maxval(at(p)%values(:, :, :, c)))
       end do
     end do
     centre = 0.5_wp*(low + high)
@@ -198,23 +298,55 @@ contains
 
   !> What the rigid motions move a component by: three translations, three rotations about the
   !! centre with their arms over the length.
-  pure function rigid_row(part, place, centre, length) result(row)
-    type(part_t), intent(in) :: part
+  pure function rigid_row(field, place, centre, length) result(row)
+    type(field_t), intent(in) :: field             !! positions
     integer, intent(in) :: place                   !! in the field as one list
     real(wp), intent(in) :: centre(3), length
     real(wp) :: row(6), x(3)
-    integer :: n(4), i, c, at(3)
+    integer :: c
 
-    n = shape(part%element%motion%x)
-    i = mod(place - 1, product(n(:3)))
-    c = (place - 1)/product(n(:3)) + 1
-    at = [mod(i, n(1)) + 1, mod(i/n(1), n(2)) + 1, i/(n(1)*n(2)) + 1]
-    x = (part%element%motion%x(at(1), at(2), at(3), :) - centre)/length
+    c = component_of(field, place)
+    x = (place_of(field, place) - centre)/length
     row = 0.0_wp
     row(c) = 1.0_wp
     row(4 + mod(c, 3)) = x(mod(c + 1, 3) + 1)      ! about the next axis
     row(4 + mod(c + 1, 3)) = -x(mod(c, 3) + 1)     ! about the one after it
   end function rigid_row
+
+  pure integer function component_of(field, place) result(c)
+    type(field_t), intent(in) :: field
+    integer, intent(in) :: place
+
+    c = (place - 1)/(size(field%values)/3) + 1
+  end function component_of
+
+  !> Position of the control point of a component.
+  pure function place_of(field, place) result(x)
+    type(field_t), intent(in) :: field
+    integer, intent(in) :: place                   !! in the field as one list
+    real(wp) :: x(3)
+    integer :: n(4), i
+
+    n = shape(field%values)
+    i = mod(place - 1, product(n(:3)))
+    x = field%values(mod(i, n(1)) + 1, mod(i/n(1), n(2)) + 1, i/(n(1)*n(2)) + 1, :)
+  end function place_of
+
+  !> Components that are held, in words such as `z at 0, 0, 0`.
+  function held_words(at, added) result(words)
+    type(field_t), intent(in) :: at(:)             !! positions
+    integer, intent(in) :: added(:, :)             !! see `hold_rigid_motions`
+    character(:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, size(added, 2)
+      if (i > 1) words = words//"; "
+      associate (field => at(added(1, i)), place => added(2, i))
+        words = words//axes(component_of(field, place))//" at "//place_text(place_of(field, place))
+      end associate
+    end do
+  end function held_words
 
   pure function remainder(taken, row) result(rest)
     type(taken_t), intent(in) :: taken

@@ -40,6 +40,7 @@ module run_state
     logical :: has_penetration = .false.          !! the last sample has measured them
     logical :: has_warned_of_mass = .false.  !! that scaled masses matter
     logical :: has_warned_of_shear = .false. !! too large for the law
+    logical :: has_warned_of_buckling = .false.   !! in static steps
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: history_error = 0.0_wp       !! largest in the history, by the energies of its time
     real(wp) :: history_error_time = 0.0_wp
@@ -49,6 +50,7 @@ module run_state
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
     integer :: watch_static = 0
     real(wp) :: static_dt = 0.0_wp           !! next increment of a static step
+    real(wp) :: spring_scale = 1.0_wp        !! on the springs that hold a part in its springback
     type(field_t), allocatable :: released(:)  !! forces that a static step ramps down, by patch
     type(field_t), allocatable :: pace(:)      !! velocities of its last increment, by patch
     type(field_t), allocatable :: origin(:)    !! control points when it began, by patch
@@ -287,6 +289,7 @@ contains
     integer :: p
 
     call carry(store, "static_dt", run%static_dt)
+    call carry(store, "spring_scale", run%spring_scale)
     if (.not. allocated(run%released)) then
       allocate (run%released(size(model%bodies%blank%parts)))
       do p = 1, size(run%released)

@@ -4,7 +4,7 @@
 !! increment is made.
 module static_equations
   use kinds, only: wp
-  use text, only: to_text, rounded_text
+  use text, only: to_text, rounded_text, place_text
   use failure, only: error_t
   use state_store, only: state_store_t, empty_store
   use body_parts, only: field_t, forces_of_parts
@@ -12,7 +12,7 @@ module static_equations
   use effect, only: any_from_outside, instant_t
   use vibration, only: fixed_t, trial_amount
   use model, only: model_t, apply_forces
-  use rigid_motion, only: move_tool
+  use rigid_motion, only: longest_way, move_tool
   use prescribed_field, only: change_fields
   use run_state, only: run_t, carry_run
   use energy_balance, only: add_step
@@ -22,16 +22,18 @@ module static_equations
   use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, field_of, &
                             find_unknowns, masses_of, new_body_stiffness
   use bead_stiffness, only: add_bead_stiffness, any_bead
-  use contact_stiffness, only: add_contact_stiffness, n_touching, shortest_reach
+  use contact_stiffness, only: add_contact_stiffness, any_load, n_touching, shortest_reach
   use driven_tools, only: driven_tools_t, new_driven_tools, set_tool_ways, find_tool_residual, &
                           solve_coupled
-  use rigid_supports, only: hold_rigid_motions
+  use rigid_supports, only: find_unheld, hold_rigid_motions
   implicit none
   private
 
   public :: static_equations_t, new_equations, restore_start, try_motion, renew_factors
-  public :: start_increment, step_to_balance, is_hovering, reaction_of_held, worst_place
+  public :: start_increment, step_to_balance, is_hovering, reaction_of_held, unheld_load
+  public :: unheld_lack, worst_place, has_met_tools
 
+  character(1), parameter :: axes(3) = ["x", "y", "z"]
   real(wp), parameter :: regular = 0.01_wp     !! of the bending stiffness: see `shift`
   real(wp), parameter :: least = 1.0e-10_wp    !! of the largest stiffness by mass
 
@@ -47,7 +49,9 @@ module static_equations
     type(driven_tools_t) :: driven                 !! whose ways are unknowns as well, the last ones
     integer :: n = 0                               !! unknowns
     type(fixed_t), allocatable :: fixed(:)         !! held or tied components, by part
-    integer :: n_added = 0                         !! components held against rigid motions
+    type(fixed_t), allocatable :: supported(:)     !! the same without what is added
+    !> Components held against rigid motions: part, and place in its field as one list, (2, n).
+    integer, allocatable :: added(:, :)
     type(unknowns_t) :: without_added              !! the unknowns if they were free
     real(wp) :: dt = 0.0_wp                        !! of the increment [time]
     real(wp) :: level_before = 1.0_wp, level = 0.0_wp   !! of the forces released, at both ends
@@ -55,6 +59,7 @@ module static_equations
     real(wp) :: spring_before = 0.0_wp, spring = 0.0_wp
     real(wp) :: reach = huge(1.0_wp)               !! largest part of a step of Newton's [length]
     real(wp) :: least_force = 0.0_wp               !! that counts [force]
+    logical :: has_tools = .false.                 !! there are contact pairs
     logical :: has_contact = .false.               !! tools or draw beads may hold its points
     logical :: is_careful = .false.                !! steps lead downhill: in contact, or where
                                                    !! longer increments have found no equilibrium
@@ -67,25 +72,30 @@ module static_equations
     real(wp) :: norm = 0.0_wp                      !! the largest; huge where an element fails
     real(wp) :: largest = 0.0_wp                   !! force that acts [force]
     integer :: n_touching = 0                      !! points at tools
-    logical :: is_loose = .false.                  !! in contact: tools alone hold its rigid motions
+    logical :: is_loose = .false.                  !! under loads, and tools alone hold its rigid
+                                                   !! motions
+    integer :: n_unstable = 0                      !! negative pivots of the last tangent
+    logical :: is_tool_on_way = .false.            !! in the last step one that a force moves went
+                                                   !! farther than all points, as far as it may
+    logical :: is_hopeless = .false.               !! shorter increments change nothing
   end type static_equations_t
 
 contains
 
   !> Unknowns and the entries of the matrix, analysed; the present state is where trials begin.
-  !! Without contact the rigid motions that supports leave are held.
-  subroutine new_equations(self, model, run, dt, is_careful, error)
+  !! Where neither tools touch nor loads act, the rigid motions that supports leave are held.
+  subroutine new_equations(self, model, run, dt, is_careful, is_meeting, error)
     type(static_equations_t), intent(inout) :: self
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     real(wp), intent(in) :: dt                     !! of the increment [time]
     logical, intent(in) :: is_careful              !! longer ones have failed
+    logical, intent(in) :: is_meeting              !! a part that stands free comes to a tool
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: nothing = 1.0e-6_wp     ! of the bulk modulus, on the area of an element
-    type(fixed_t), allocatable :: loose(:)
     real(wp) :: edge
-    logical :: has_tools
-    integer :: p, n_loose
+    logical :: is_loaded, moves
+    integer :: p
 
     self%dt = dt
     associate (control => run%control)
@@ -99,23 +109,32 @@ contains
     associate (blank => model%bodies%blank)
       self%fixed = prescribed_components(blank%parts, model%supports, model%i_step)
       self%reach = 0.5_wp*shortest_reach(model%forces)
-      has_tools = self%reach < 0.25_wp*huge(self%reach)
-      self%has_contact = has_tools .or. any_bead(model%forces)
+      self%has_tools = self%reach < 0.25_wp*huge(self%reach)
+      is_loaded = any_load(model%forces) .or. any_moving(model%supports)
+      call new_driven_tools(self%driven, model%supports)
+      self%n_touching = n_touching(model%forces)
+      moves = any_tool_moves(model, run%instant%time, run%instant%time + dt)
+      self%has_contact = any_bead(model%forces) .or. (self%has_tools .and. (is_loaded .or. moves &
+        .or. is_meeting .or. self%n_touching > 0 .or. self%driven%n > 0))
       self%is_careful = self%has_contact .or. is_careful
-      self%n_added = 0
+      self%n_unstable = 0
+      self%is_hopeless = .false.
+      self%supported = self%fixed
+      ! By the shape at the start of the step: the same components in all increments.
+      call hold_rigid_motions(blank%parts, blank%seams, run%origin, self%fixed, self%added)
+      self%is_loose = self%has_tools .and. self%has_contact .and. is_loaded .and. &
+                      size(self%added, 2) > 0
       if (self%has_contact) then
-        loose = self%fixed
-        call hold_rigid_motions(blank%parts, loose, n_loose)
-        self%is_loose = has_tools .and. n_loose > 0
+        self%fixed = self%supported
+        deallocate (self%added)
+        allocate (self%added(2, 0))
       else
-        call find_unknowns(blank%parts, blank%seams, self%fixed, self%without_added, error)
+        call find_unknowns(blank%parts, blank%seams, self%supported, self%without_added, error)
         if (allocated(error)) return
-        call hold_rigid_motions(blank%parts, self%fixed, self%n_added)
       end if
       call new_body_stiffness(self%stiffness, blank%parts, blank%seams, self%fixed, error, &
                               blank%joints)
       if (allocated(error)) return
-      call new_driven_tools(self%driven, model%supports)
       self%n = self%stiffness%map%n_free + self%driven%n
       edge = huge(edge)
       do p = 1, size(blank%parts)
@@ -124,20 +143,34 @@ contains
       self%least_force = nothing*blank%law%bulk*edge**2
       self%masses = to_unknowns(self%stiffness%map, masses_of(blank%parts))
       self%shift = regular*bending_guess(blank%parts, blank%law)
-      if (.not. (any_from_outside(model%forces) .or. any_moving(model%supports))) then
-        self%spring_before = self%shift*spring_factor(self%level_before)
-        self%spring = self%shift*spring_factor(self%level)
+      self%spring_before = 0.0_wp
+      self%spring = 0.0_wp
+      if (.not. (self%has_contact .or. is_loaded)) then
+        self%spring_before = run%spring_scale*self%shift*spring_factor(self%level_before)
+        self%spring = run%spring_scale*self%shift*spring_factor(self%level)
       end if
     end associate
     call self%factor%analyse(self%stiffness%matrix, .false., error)
   end subroutine new_equations
+
+  logical function any_tool_moves(model, from, to)
+    type(model_t), intent(in) :: model
+    real(wp), intent(in) :: from, to               !! [time]
+    integer :: t
+
+    any_tool_moves = .false.
+    do t = 1, size(model%motions)
+      any_tool_moves = any_tool_moves .or. &
+        longest_way(model%motions(t), model%bodies%tools(t), from, to) > 0.0_wp
+    end do
+  end function any_tool_moves
 
   !> Springs that keep a part that is let go from turning over while forces that do not turn with it
   !! are ramped down: at first they hold all of its motion, at the end of the step none; in between
   !! they pass the stiffness of its bending.
   pure real(wp) function spring_factor(level) result(factor)
     real(wp), intent(in) :: level                  !! of the forces released, 1 to 0
-    real(wp), parameter :: middle = 1.0e4_wp       ! of the bending stiffness, at half of the step
+    real(wp), parameter :: middle = 1.0e2_wp       ! of the bending stiffness, at half of the step
 
     factor = 0.0_wp
     if (level < 1.0_wp) factor = middle/regular*(level/(1.0_wp - level))**3
@@ -346,6 +379,10 @@ contains
     associate (blank => model%bodies%blank, matrix => self%stiffness%matrix)
       call add_stiffness(self%stiffness, blank%parts, blank%law, self%dt, &
                          scale(trial_amount(blank%parts), finer), blank%joints)
+      if (.not. sum(abs(matrix%values)) <= huge(1.0_wp)) then
+        words = "the tangent is no finite number"
+        return
+      end if
       associate (diagonal => matrix%first(2:) - 1)
         matrix%values(diagonal) = matrix%values(diagonal) + self%spring*self%masses
       end associate
@@ -353,10 +390,15 @@ contains
         call factorise_held(self, error)
       else
         call self%factor%factorise(matrix, error)
+        self%n_unstable = self%factor%n_negative
       end if
     end associate
     if (.not. allocated(error) .or. self%factor%is_short) return
     words = error%message
+    self%is_hopeless = self%factor%null_unknown > 0 .and. all(abs(u) <= 0.0_wp)
+    if (self%factor%null_unknown > 0) words = "nothing holds "//axes(axis_of(self, &
+      self%factor%null_unknown))//" at "//place_of(self, model, self%factor%null_unknown)// &
+      ": "//words
     deallocate (error)
   end subroutine renew_factors
 
@@ -406,6 +448,7 @@ contains
       if (self%has_contact) matrix%values(diagonal) = matrix%values(diagonal) + held*self%masses
       do i = 1, most_trials
         call self%factor%factorise(matrix, error)
+        if (i == 1) self%n_unstable = self%factor%n_negative
         if (allocated(error) .or. self%factor%n_negative == 0) return
         more = (growth - 1.0_wp)*held
         matrix%values(diagonal) = matrix%values(diagonal) + more*self%masses
@@ -414,12 +457,19 @@ contains
     end associate
   end subroutine factorise_held
 
-  !> Is a part under way to a tool, with nothing that holds it?
+  !> Is a part under way to a tool, by loads, with nothing that holds it?
   pure logical function is_hovering(self)
     type(static_equations_t), intent(in) :: self
 
     is_hovering = self%is_loose .and. self%n_touching == 0 .and. self%norm > 0.0_wp
   end function is_hovering
+
+  !> Has a part come to a tool that was to stand free?
+  pure logical function has_met_tools(self)
+    type(static_equations_t), intent(in) :: self
+
+    has_met_tools = self%has_tools .and. .not. self%has_contact .and. self%n_touching > 0
+  end function has_met_tools
 
   !> Displacements of all unknowns by which the tangent balances the residual, shorter where a point
   !! could pass a tool; as long as that for a part that is under way to one.
@@ -434,6 +484,7 @@ contains
     if (allocated(error)) return
     step = [u, ways]
     largest = max(maxval(abs(step)), tiny(1.0_wp))
+    self%is_tool_on_way = largest > self%reach .and. maxloc(abs(step), 1) > size(u)
     if (largest > self%reach .or. is_hovering(self)) step = step*(self%reach/largest)
   end subroutine step_to_balance
 
@@ -442,24 +493,104 @@ contains
     type(static_equations_t), intent(in) :: self
 
     reaction = 0.0_wp
-    if (self%n_added > 0) reaction = maxval(abs(to_unknowns(self%without_added, self%lack)))
+    if (size(self%added) > 0) reaction = maxval(abs(to_unknowns(self%without_added, self%lack)))
   end function reaction_of_held
+
+  !> The resultant of the external forces along the rigid motions that supports leave: that of loads
+  !! which nothing can bear. And the sum of all these forces.
+  subroutine unheld_load(self, model, unheld, total)
+    type(static_equations_t), intent(in) :: self
+    type(model_t), intent(in) :: model
+    real(wp), intent(out) :: unheld(6)             !! see `find_unheld` [force]
+    real(wp), intent(out) :: total                 !! [force]
+    type(field_t) :: forces(size(model%bodies%blank%parts))
+    integer :: p, c
+
+    do p = 1, size(forces)
+      associate (element => model%bodies%blank%parts(p)%element)
+        forces(p)%values = element%motion%external_force
+        do c = 1, 3
+          forces(p)%values(:, :, :, c) = forces(p)%values(:, :, :, c)*(element%mass/element%inertia)
+        end do
+      end associate
+    end do
+    call find_unheld_part(self, model, forces, unheld, total)
+  end subroutine unheld_load
+
+  !> The same of what the forces lack to balance.
+  subroutine unheld_lack(self, model, unheld, total)
+    type(static_equations_t), intent(in) :: self
+    type(model_t), intent(in) :: model
+    real(wp), intent(out) :: unheld(6), total      !! [force]
+    type(field_t) :: forces(size(model%bodies%blank%parts))
+    integer :: p
+
+    do p = 1, size(forces)
+      associate (x => model%bodies%blank%parts(p)%element%motion%x)
+        forces(p)%values = field_of(self%stiffness, p, shape(x), self%lack)
+        where (self%supported(p)%is_fixed) forces(p)%values = 0.0_wp
+      end associate
+    end do
+    call find_unheld_part(self, model, forces, unheld, total)
+  end subroutine unheld_lack
+
+  subroutine find_unheld_part(self, model, forces, unheld, total)
+    type(static_equations_t), intent(in) :: self
+    type(model_t), intent(in) :: model
+    type(field_t), intent(in) :: forces(:)
+    real(wp), intent(out) :: unheld(6), total
+    type(field_t) :: at(size(forces))
+    integer :: p
+
+    do p = 1, size(at)
+      at(p)%values = model%bodies%blank%parts(p)%element%motion%x
+    end do
+    associate (blank => model%bodies%blank)
+      call find_unheld(blank%parts, blank%seams, at, self%supported, forces, unheld, total)
+    end associate
+  end subroutine find_unheld_part
 
   !> Where the forces lack most.
   function worst_place(self, model) result(words)
     type(static_equations_t), intent(in) :: self
     type(model_t), intent(in) :: model
     character(:), allocatable :: words
-    real(wp), allocatable :: lack(:)
+
+    words = place_of(self, model, maxloc(abs(self%residual), 1))
+  end function worst_place
+
+  !> The component that an unknown moves most: 1 to 3 in a control point, one point after the other.
+  pure integer function component_of(self, unknown) result(component)
+    type(static_equations_t), intent(in) :: self
+    integer, intent(in) :: unknown
+    real(wp) :: unit(self%stiffness%map%n_free)
+
+    unit = 0.0_wp
+    unit(unknown) = 1.0_wp
+    component = maxloc(abs(to_components(self%stiffness%map, unit)), 1)
+  end function component_of
+
+  pure integer function axis_of(self, unknown) result(axis)
+    type(static_equations_t), intent(in) :: self
+    integer, intent(in) :: unknown
+
+    axis = modulo(component_of(self, unknown) - 1, 3) + 1
+  end function axis_of
+
+  !> The tool, or position of the control point, that an unknown moves.
+  function place_of(self, model, unknown) result(words)
+    type(static_equations_t), intent(in) :: self
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: unknown
+    character(:), allocatable :: words
     integer :: p, n, place(3), at
 
-    at = maxloc(abs(self%residual), 1) - self%stiffness%map%n_free
+    at = unknown - self%stiffness%map%n_free
     if (at > 0) then
       words = "tool "//model%bodies%tools(self%driven%tool(at))%name
       return
     end if
-    lack = abs(to_components(self%stiffness%map, self%residual(:self%stiffness%map%n_free)))
-    at = (maxloc(lack, 1) + 2)/3
+    at = (component_of(self, unknown) + 2)/3
     do p = 1, size(model%bodies%blank%parts)
       associate (x => model%bodies%blank%parts(p)%element%motion%x)
         n = size(x)/3
@@ -469,14 +600,13 @@ contains
         end if
         place = [mod(at - 1, size(x, 1)) + 1, mod((at - 1)/size(x, 1), size(x, 2)) + 1, &
                  (at - 1)/(size(x, 1)*size(x, 2)) + 1]
-        words = rounded_text(x(place(1), place(2), place(3), 1))//", "// &
-                rounded_text(x(place(1), place(2), place(3), 2))//", "// &
-                rounded_text(x(place(1), place(2), place(3), 3))
-        if (size(model%bodies%blank%parts) > 1) words = words//" in patch "//to_text(p)
+        words = place_text(x(place(1), place(2), place(3), :))
+        if (size(model%bodies%blank%parts) > 1) &
+          words = words//" in patch '"//model%bodies%blank%parts(p)%element%name//"'"
         return
       end associate
     end do
-  end function worst_place
+  end function place_of
 
   !> Fields of all patches as components.
   pure function listed(stiffness, fields) result(components)

@@ -22,7 +22,11 @@ module static_step
   use driven_tools, only: begin_drives, rest_drives
   use static_equations, only: static_equations_t, new_equations, restore_start, try_motion, &
                               renew_factors, start_increment, step_to_balance, is_hovering, &
-                              reaction_of_held, worst_place
+                              has_met_tools, reaction_of_held, unheld_load, unheld_lack, &
+                              worst_place
+  use rigid_supports, only: held_words, motions_along
+  use failure_location, only: location_t
+  use health, only: find_failure
   implicit none
   private
 
@@ -33,11 +37,17 @@ module static_step
   integer, parameter :: most_iterations = 16, enough_factors = 4, most_cuts = 12
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
+  ! Springs hold a part whose released forces would turn it over; stiffer ones where these hold
+  ! accelerations as well, which would bend its flanges. The stiffer, the more yields as they let go.
+  real(wp), parameter :: much_inertia = 0.01_wp    !! of the forces released
+  real(wp), parameter :: stiffer = 100.0_wp
   integer, parameter :: n_told = 3                 !! of the residuals, in the log
-  integer, parameter :: most_free = 500            !! iterations of a part on its way to a tool
+  integer, parameter :: most_free = 500            !! iterations of a part and a tool on their way
+                                                   !! to each other
   real(wp), parameter :: tolerance = 1.0e-7_wp     !! of the residual, over the largest force
   real(wp), parameter :: in_contact = 10.0_wp      !! times that, with contact
-  real(wp), parameter :: unheld = 1.0e-4_wp        !! reaction to a rigid motion that is too large
+  real(wp), parameter :: unheld_part = 1.0e-4_wp   !! reaction to a rigid motion that is too large
+  real(wp), parameter :: unloaded = 1.0e-6_wp      !! of all loads: a resultant that is none
   real(wp), parameter :: short = 1.0e-6_wp         !! of the increment: no time for laws to relax
   real(wp), parameter :: too_much = 2.0_wp         !! of the residuals before and after the first
                                                    !! iteration: later ones diverge
@@ -66,7 +76,7 @@ contains
   subroutine begin_static(model, run)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    real(wp) :: dt
+    real(wp) :: dt, inertia
     integer :: p
 
     run%balance%stopped = run%balance%stopped + run%balance%kinetic
@@ -75,6 +85,7 @@ contains
     dt = merge(run%instant%dt, short*run%static_dt, run%instant%dt > 0.0_wp)
     run%instant%dt = 0.0_wp
     run%instant%is_static = .true.
+    inertia = inertia_of(model, run, dt)
     do p = 1, size(model%bodies%blank%parts)
       associate (motion => model%bodies%blank%parts(p)%element%motion)
         motion%v = 0.0_wp
@@ -98,7 +109,38 @@ contains
     call take_reactions(model%supports, model%bodies%blank%parts)
     call begin_drives(model%supports, model%bodies%tools, run%instant%time)
     call note_released(model, run)
+    run%spring_scale = 1.0_wp
+    if (inertia > much_inertia*released_forces(run)) run%spring_scale = stiffer
   end subroutine begin_static
+
+  !> Sum of the forces that accelerate the control points, by the last two velocities.
+  real(wp) function inertia_of(model, run, dt) result(force)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    real(wp), intent(in) :: dt                     !! last increment [time]
+    integer :: p, c
+
+    force = 0.0_wp
+    do p = 1, size(model%bodies%blank%parts)
+      associate (element => model%bodies%blank%parts(p)%element, before => run%v_before(p)%values)
+        do c = 1, 3
+          force = force + sum(abs(element%mass*(element%motion%v(:, :, :, c) &
+                                                - before(:, :, :, c))))/dt
+        end do
+      end associate
+    end do
+  end function inertia_of
+
+  !> Sum of the forces that do not balance.
+  pure real(wp) function released_forces(run) result(force)
+    type(run_t), intent(in) :: run
+    integer :: p
+
+    force = 0.0_wp
+    do p = 1, size(run%released)
+      force = force + sum(abs(run%released(p)%values))
+    end do
+  end function released_forces
 
   !> What the forces lack to balance now.
   subroutine note_released(model, run)
@@ -124,39 +166,93 @@ contains
     type(static_equations_t) :: equations
     type(field_t), allocatable :: start(:)
     character(:), allocatable :: words
-    real(wp) :: left, dt, last(n_told)
+    real(wp) :: dt, last(n_told)
     integer :: cut, n_iterations, n_factors
+    logical :: is_meeting, has_buckled
 
     call keep_positions(model, start)
-    do cut = 0, most_cuts
-      left = run%control%start_time + run%control%duration - run%instant%time
-      dt = min(run%static_dt, left)
-      if (left - dt < 1.0e-9_wp*run%control%duration) dt = left
-      call shorten_way(model, run%instant%time, dt)
-      call new_equations(equations, model, run, dt, cut >= enough_cuts, error)
+    is_meeting = .false.
+    has_buckled = .false.
+    cut = 0
+    do
+      dt = next_increment(model, run)
+      call new_equations(equations, model, run, dt, cut >= enough_cuts, is_meeting, error)
       if (allocated(error)) return
-      if (cut == 0) call tell_equations(equations, run, log)
+      if (cut == 0 .and. .not. is_meeting) call tell_equations(equations, run, log)
       call find_equilibrium(equations, model, run, n_iterations, n_factors, last, words, error)
-      if (words == "" .and. .not. allocated(error)) exit
+      if (.not. allocated(error) .and. words == "") then
+        if (has_met_tools(equations)) then       ! once more, with what holds points at tools
+          is_meeting = .true.
+          call restore_start(equations, model, run)
+          cycle
+        end if
+        if (cut < enough_cuts) words = buckling_words(equations)
+        if (words == "") call check_held(equations, model, run, error)
+        if (words == "" .and. .not. allocated(error)) exit
+      end if
+      has_buckled = has_buckled .or. equations%n_unstable > 0
       call restore_start(equations, model, run)
       if (allocated(error)) return
-      if (cut == most_cuts .or. 0.25_wp*dt < model%step%least_increment) then
+      if (cut == most_cuts .or. equations%is_hopeless .or. &
+          dt <= model%step%least_increment*(1.0_wp + 1.0e-9_wp)) then
+        if (has_buckled) words = words//"; the part buckles or collapses: expected less load, "// &
+                                 "an imperfection of the sheet that leads it, or an explicit step"
         call fail(error, "no equilibrium in the static step at time "// &
                   rounded_text(run%instant%time)//", increment "//rounded_text(dt)//": "//words)
         return
       end if
-      call log_line(log, "static     increment "//rounded_text(dt)//" cut to a quarter: "//words)
-      run%static_dt = 0.25_wp*dt
+      run%static_dt = max(0.25_wp*dt, model%step%least_increment)
+      call log_line(log, "static     increment "//rounded_text(dt)//" cut to "// &
+                    rounded_text(run%static_dt)//": "//words)
+      cut = cut + 1
     end do
     call log_line(log, "static     time "//rounded_text(run%instant%time)//", "// &
                   counted(n_iterations, "iteration")//", "//counted(n_factors, "tangent")// &
                   ", residual "//listed(last(max(1, size(last) - n_iterations):) &
                                         /equations%largest)//" of the largest force")
-    call check_held(equations, error)
+    call warn_of_buckling(equations, run, log)
+    call tell_reactions(equations, log)
     call accept(equations, model, run, start)
     if (n_factors <= enough_factors) &
       run%static_dt = min(increment_growth*dt, model%step%most_increment)
   end subroutine take_static_increment
+
+  !> What is left of the step at most, and no more than tools and supports may move.
+  real(wp) function next_increment(model, run) result(dt)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    real(wp) :: left
+
+    left = run%control%start_time + run%control%duration - run%instant%time
+    dt = min(run%static_dt, left)
+    if (left - dt < 1.0e-9_wp*run%control%duration) dt = left
+    call shorten_way(model, run%instant%time, dt)
+  end function next_increment
+
+  !> An equilibrium that is not stable, where no tool holds the part: with shorter increments it
+  !! may find the way to one that is. Empty where there is no such sign.
+  function buckling_words(equations) result(words)
+    type(static_equations_t), intent(in) :: equations
+    character(:), allocatable :: words
+
+    words = ""
+    if (equations%has_contact .or. equations%n_unstable == 0) return
+    words = "the part buckles ("//counted(equations%n_unstable, "negative pivot")//")"
+  end function buckling_words
+
+  !> Once in a run.
+  subroutine warn_of_buckling(equations, run, log)
+    type(static_equations_t), intent(in) :: equations
+    type(run_t), intent(inout) :: run
+    type(run_log_t), intent(inout) :: log
+
+    if (run%has_warned_of_buckling .or. buckling_words(equations) == "") return
+    run%has_warned_of_buckling = .true.
+    call log_line(log, "warning: at time "//rounded_text(run%instant%time)//" "// &
+                  buckling_words(equations)//": the equilibrium found is not stable, and the "// &
+                  "part may come to another one; expected less load, an imperfection of the "// &
+                  "sheet that leads it, or an explicit step")
+  end subroutine warn_of_buckling
 
   !> Shorten an increment in which a tool or a support could pass the other face of the sheet.
   subroutine shorten_way(model, time, dt)
@@ -197,15 +293,32 @@ contains
     type(static_equations_t), intent(in) :: equations
     type(run_t), intent(in) :: run
     type(run_log_t), intent(inout) :: log
+    character(:), allocatable :: words
+    integer, parameter :: most_told = 12
 
     if (run%instant%time > run%control%start_time) return
     if (allocated(equations%factor%folder)) &
       call log_line(log, "static     factors on disk, in "//equations%factor%folder//", and "// &
                     to_text(equations%factor%megabytes)//" MB in memory")
-    if (equations%n_added > 0) &
-      call log_line(log, "static     "//counted(equations%n_added, "component")//" of control "// &
-                    "points held against rigid motions that the supports leave")
+    associate (added => equations%added)
+      if (size(added, 2) == 0) return
+      words = counted(size(added, 2), "component")//" of control points held against rigid "// &
+              "motions that the supports leave"
+      if (size(added, 2) <= most_told) words = words//": "//held_words(run%origin, added)
+      call log_line(log, "static     "//words)
+    end associate
   end subroutine tell_equations
+
+  !> At the end of the step, what the components bear that are held against rigid motions.
+  subroutine tell_reactions(equations, log)
+    type(static_equations_t), intent(in) :: equations
+    type(run_log_t), intent(inout) :: log
+
+    if (equations%level > 0.0_wp .or. size(equations%added) == 0) return
+    call log_line(log, "static     they bear at most "// &
+                  rounded_text(reaction_of_held(equations)/equations%largest)// &
+                  " of the largest force")
+  end subroutine tell_reactions
 
   !> Residuals in the order in which they came, those by factors that were kept in parentheses.
   pure function listed(values) result(words)
@@ -243,19 +356,24 @@ contains
     n_factors = 0
     n_free = 0
     most = most_iterations + merge(more_with_care, 0, equations%is_careful)
-    limit = tolerance*merge(in_contact, 1.0_wp, equations%has_contact)
+    limit = limit_of(equations)
     call start_increment(equations, model, run, u, share)
     last = equations%norm
     early = equations%norm
     is_stale = .true.
-    do while (n_iterations == 0 .or. equations%norm > limit*equations%largest .or. &
-              is_hovering(equations))
+    do while (n_iterations == 0 .or. equations%norm > limit*equations%largest)
       is_stretched = n_iterations == 1 .and. early(1) > stretching*early(0) .and. &
                      .not. equations%is_careful
-      if (.not. equations%norm < huge(before)) words = "elements turn over or their law fails"
-      if (are_diverging(equations, n_iterations, early)) words = "the iterations diverge"
-      if (n_iterations - n_free == most .or. n_free == most_free) &
+      if (.not. equations%norm < huge(before)) then
+        words = failure_words(model, run)
+      else if (are_diverging(equations, n_iterations, early)) then
+        words = "the iterations diverge, most at "//worst_place(equations, model)
+      else if (n_iterations - n_free == most .or. n_free == most_free) then
+        equations%is_hopeless = n_free == most_free
         words = cause_of(equations, model, n_iterations, n_before)
+        if (equations%is_hopeless) words = "nothing holds the blank or a tool, and they have "// &
+          "not met after "//to_text(n_free)//" iterations on the way"
+      end if
       if (words /= "") return
       if (is_stale) then
         call renew_factors(equations, model, run, u, share, is_stretched, words, error)
@@ -275,9 +393,46 @@ contains
       if (is_hovering(equations)) then
         n_free = n_free + 1
         is_stale = n_free == 1
+      else if (equations%is_tool_on_way) then
+        n_free = n_free + 1
       end if
     end do
+    if (buckling_words(equations) /= "") &
+      call look_again(equations, model, run, u, words, error)
   end subroutine find_equilibrium
+
+  !> Of the residual, over the largest force.
+  pure real(wp) function limit_of(equations)
+    type(static_equations_t), intent(in) :: equations
+
+    limit_of = tolerance*merge(in_contact, 1.0_wp, equations%has_contact)
+  end function limit_of
+
+  !> The pivots of the tangent in equilibrium itself: the last one was that of an iteration before.
+  subroutine look_again(equations, model, run, u, words, error)
+    type(static_equations_t), intent(inout) :: equations
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), intent(in) :: u(:)                   !! the equilibrium [length]
+    character(:), allocatable, intent(inout) :: words
+    type(error_t), allocatable, intent(out) :: error
+
+    call renew_factors(equations, model, run, u, 1.0_wp, .false., words, error)
+    call try_motion(equations, model, run, u, 1.0_wp)
+  end subroutine look_again
+
+  !> What of the blank failed in the last trial.
+  function failure_words(model, run) result(words)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    character(:), allocatable :: words
+    type(location_t) :: location
+    integer :: failure
+
+    words = "forces are no finite numbers"
+    if (model%bodies%blank%report%failed_block < huge(1)) &
+      call find_failure(model%bodies%blank, run%instant, words, failure, location)
+  end function failure_words
 
   !> Do the iterations lead away from equilibrium? Known without contact, which comes and goes, and
   !! before steps are to lead downhill.
@@ -312,14 +467,19 @@ contains
     type(model_t), intent(in) :: model
     integer, intent(in) :: n_iterations, n_before
     character(:), allocatable :: words
+    real(wp), parameter :: one_way = 0.5_wp        ! of all that the forces lack
+    real(wp) :: unheld(6), total
 
     words = "after "//to_text(n_iterations)//" iterations the residual is "// &
-            rounded_text(equations%norm/equations%largest)//" of the largest force, most at "// &
-            worst_place(equations, model)
+            rounded_text(equations%norm/equations%largest)//" of the largest force, limit "// &
+            rounded_text(limit_of(equations))//", most at "//worst_place(equations, model)
+    call unheld_lack(equations, model, unheld, total)
+    if (norm2(unheld) > one_way*total) &
+      words = words//"; nothing holds the blank against "//motions_along(unheld)
+    if (equations%n_unstable > 0 .and. .not. equations%has_contact) &
+      words = words//"; "//counted(equations%n_unstable, "negative pivot")
     if (equations%n_touching /= n_before) words = words//"; points come to tools and leave "// &
       "them ("//to_text(n_before)//" and "//to_text(equations%n_touching)//" touch in the last two)"
-    if (equations%factor%n_negative > 0) words = words//"; the part buckles ("// &
-      counted(equations%factor%n_negative, "negative pivot")//")"
   end function cause_of
 
   !> The whole step, though the residual may grow: a sheet that turns is stretched first. A part of
@@ -387,16 +547,26 @@ contains
   end subroutine meet_tools
 
   !> Loads on motions that nothing holds are an error: what holds them bears no force otherwise.
-  subroutine check_held(equations, error)
+  subroutine check_held(equations, model, run, error)
     type(static_equations_t), intent(in) :: equations
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: reaction
+    real(wp) :: unheld(6), total, reaction
 
-    if (equations%n_added == 0) return
+    if (size(equations%added) == 0) return
+    call unheld_load(equations, model, unheld, total)
     reaction = reaction_of_held(equations)
-    if (equations%level <= 0.0_wp .and. reaction > unheld*equations%largest) &
-      call fail(error, "the loads of the static step move the blank as a whole: "// &
-                rounded_text(reaction)//" on a component that neither a support nor a tool holds")
+    if (norm2(unheld) > unloaded*total) then
+      call fail(error, "the loads of the static step at time "// &
+                rounded_text(run%instant%time)//" move the blank as a whole, "// &
+                motions_along(unheld)//": their resultant, "//rounded_text(norm2(unheld))// &
+                ", is borne by no support and no tool")
+    else if (equations%level <= 0.0_wp .and. reaction > unheld_part*equations%largest) then
+      call fail(error, "at the end of the static step a component that neither a support nor a "// &
+                "tool holds bears "//rounded_text(reaction)//", "// &
+                rounded_text(reaction/equations%largest)//" of the largest force")
+    end if
   end subroutine check_held
 
   !> Take the equilibrium as the state, with the work of what is released on the way to it.

@@ -82,7 +82,7 @@ def fold(case):
     case.deviation("fold: energy balance of 20 increments", steps.history["energy_error"][-1], 5e-4)
     case.deviation("fold: 20 increments and one, over the way",
                    np.abs(static.points - steps.points).max() / way, 1e-3)
-    case.between("fold: iterations, 20 increments", iterations(case, deck).max(), 1, 4)
+    case.between("fold: iterations, 20 increments", iterations(case, deck).max(), 1, 6)
     turned = case.run(deck, turn=35)
     cosine, sine = np.cos(np.radians(35)), np.sin(np.radians(35))
     back = turned.points @ np.array([[cosine, 0, -sine], [0, 1, 0], [sine, 0, cosine]])
