@@ -679,6 +679,7 @@ contains
     call carry_array(store, "travel", size(contact%tiles), contact%tiles%travel)
     call carry_array(store, "tool_displacement", 3, contact%motion%displacement)
     call carry(store, "is_started", contact%motion%is_started)
+    call carry(store, "is_static", contact%is_static)
     call carry(store, "share", contact%scale)
     call carry(store, "passed", contact%passed)
     call carry_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
@@ -703,6 +704,9 @@ contains
     if (allocated(contact%friction)) then
       call carry(store, "friction_energy", contact%friction%energy)
       call carry_array(store, "stretch", size(contact%friction%stretch), contact%friction%stretch)
+      ! The stiffness takes it, also before the next increment: that of frequencies.
+      if (contact%is_static) &
+        call carry_array(store, "held", size(contact%friction%held), contact%friction%held)
     end if
     if (allocated(contact%damping)) then
       associate (state => contact%damping)

@@ -366,6 +366,8 @@ contains
     call carry_array(store, "wake", size(self%samples%wake), self%samples%wake)
     call carry(store, "has_told_failure", self%has_told_failure)
     call carry_contact(self%pair, store)
+    if (self%pair%is_static .and. allocated(self%net)) &
+      call carry_array(store, "own_net", size(self%net), self%net)
     if (allocated(self%fields)) call carry_wear(self%fields, store)
   end subroutine carry_contact_effect
 
