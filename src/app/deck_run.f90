@@ -307,7 +307,7 @@ contains
     end do
     call log_line(open_run%log, line)
     code = exit_numerics
-    call save_verified(open_run%saver, open_run%results, advice)
+    call save_verified(open_run%saver, open_run%model, open_run%results, advice)
     if (advice /= "") call log_line(open_run%log, advice)
     call save_failed(open_run%model, open_run%run, open_run%results)
     call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)
@@ -371,6 +371,7 @@ contains
     type(run_log_t), intent(inout) :: log
     type(run_t), intent(in) :: run
     real(wp), parameter :: small = 0.1_wp
+    real(wp), parameter :: round_off = 1.0e-9_wp   ! of the largest energy
 
     call log_line(log, "energy     largest balance error in the history "// &
                   rounded_text(100*run%history_error)//" % of the energies at that time, step "// &
@@ -381,7 +382,8 @@ contains
                   "one, after the first "//to_text(first_steps)//" steps")
     call log_line(log, "momentum   balance error "//rounded_text(run%balance%momentum_error)// &
                   " at the end, relative")
-    if (run%balance%kinetic > small*run%balance%internal) then
+    if (run%balance%kinetic > max(small*run%balance%internal, &
+                                  round_off*run%balance%reference)) then
       call log_line(log, "warning: the kinetic energy "//rounded_text(run%balance%kinetic)// &
                     " is not small compared with the internal energy "// &
                     rounded_text(run%balance%internal)//": this is an impact; a forming "// &

@@ -3,7 +3,7 @@
 module amount_check
   use kinds, only: wp
   use text, only: rounded_text, place_text
-  use input_errors, only: error_list_t, add_warning
+  use input_errors, only: error_list_t, origin_t, add_warning
   use scene, only: scene_t, origin_of_part
   use model, only: model_t
   use flow_stress, only: flow_stress_of
@@ -50,13 +50,27 @@ contains
     end do
     call check_strength(scene, thickness, errors)
     call check_axes(scene, errors)
-    associate (added => model%bodies%blank%mass_factor - 1.0_wp)
-      if (added > most_added .and. .not. scene%step%has_relaxation) call add_warning(errors, &
-        scene%step%origin, "a mass scaling that adds "//rounded_text(100*added)// &
-        " % of the mass of the blank", "at most about "//rounded_text(100*most_added)// &
-        " %: forces of inertia grow as much")
-    end associate
+    call check_added_mass(scene, model%bodies%blank%mass_factor - 1.0_wp, errors)
   end subroutine check_amounts
+
+  !> Warn of much added mass in the first explicit step: static ones know no inertia, and
+  !! frequencies are those of the mass itself.
+  subroutine check_added_mass(scene, added, errors)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: added             !! of the mass of the blank
+    type(error_list_t), intent(inout) :: errors
+    type(origin_t) :: origin
+    integer :: i
+
+    if (.not. added > most_added .or. scene%step%has_relaxation) return
+    i = findloc([scene%step%is_static, scene%later_steps%step%is_static], .false., dim=1)
+    if (i == 0) return
+    origin = scene%step%origin
+    if (i > 1) origin = scene%later_steps(i - 1)%step%origin
+    call add_warning(errors, origin, "a mass scaling that adds "//rounded_text(100*added)// &
+                     " % of the mass of the blank", "at most about "// &
+                     rounded_text(100*most_added)//" %: forces of inertia grow as much")
+  end subroutine check_added_mass
 
   !> Warn of draw beads and pressures that are stronger than the sheet: its flow stress.
   subroutine check_strength(scene, thickness, errors)

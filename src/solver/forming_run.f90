@@ -105,7 +105,7 @@ contains
       end if
     end do
     if (allocated(error)) then
-      call save_verified(saver, results, advice)
+      call save_verified(saver, model, results, advice)
       if (advice /= "") error%message = error%message//new_line("a")//advice
       call save_failed(model, run, results)
     else if (.not. allocated(saver%stopped_by)) then
@@ -264,7 +264,7 @@ contains
       is_sample = is_sample .or. is_due(run%control, run%control%history, run%instant%time)
       is_frame = is_frame .or. is_due(run%control, run%control%frames, run%instant%time)
     end if
-    call take_due_state(saver, model, run, results, is_end .and. size(model%later_steps) == 0)
+    call take_due_state(saver, model, run, results, is_end)
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
     if (.not. model%step%is_static) then

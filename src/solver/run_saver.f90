@@ -80,14 +80,15 @@ contains
 
   !> To be called at the start of each increment: takes the state where one is to be kept, not
   !! before the waiting one is verified, which happens in `keep_verified`. The first state and that
-  !! at the end of the run, with nothing before or after, are checked at once.
-  subroutine take_due_state(saver, model, run, results, is_last)
+  !! at the end of the run, with nothing before or after, are checked at once, and so is the one
+  !! with which a static step begins.
+  subroutine take_due_state(saver, model, run, results, is_step_end)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model       !! its timer alone changes
     type(run_t), intent(inout) :: run           !! nothing changes
     type(results_t), intent(in) :: results
-    logical, intent(in) :: is_last              !! the run ends with this step
-    logical :: is_due, is_over, is_at_once, is_end
+    logical, intent(in) :: is_step_end          !! the step of the deck is over
+    logical :: is_due, is_over, is_at_once, is_end, is_before_static
 
     if (.not. allocated(saver%path) .or. run%n_steps == 0) return
     saver%is_checking = saver%is_waiting .and. run%n_steps == saver%verification_step
@@ -95,11 +96,18 @@ contains
       saver%is_checking = .true.
       call take_state(saver%entry, model, run, results)
     end if
-    is_end = is_last .and. saver%is_lasting .and. run%n_steps > saver%saved_step
+    is_end = is_step_end .and. size(model%later_steps) == 0 .and. saver%is_lasting .and. &
+             run%n_steps > saver%saved_step
+    is_before_static = .false.
+    if (is_step_end .and. size(model%later_steps) > 0) &
+      is_before_static = model%later_steps(1)%step%is_static
     ! An equilibrium needs no increments behind it to show that it is sound.
-    is_at_once = .not. allocated(saver%verified) .or. is_end .or. model%step%is_static
+    is_at_once = .not. allocated(saver%verified) .or. is_end .or. is_before_static .or. &
+                 model%step%is_static
     if (run%n_steps <= saver%taken_step + n_verifying .and. .not. is_at_once) return
-    is_over = is_interval_over(saver, model, run) .or. is_end
+    ! A state that is checked at once takes the place of one that was to be saved.
+    is_over = is_interval_over(saver, model, run) .or. is_end .or. &
+              (saver%is_waiting .and. saver%is_saving)
     is_due = is_at_once .or. is_over .or. run%n_waiting > 0 &
              .or. run%n_steps - saver%taken_step >= steps_between
     if (.not. is_due) return
@@ -385,8 +393,9 @@ contains
   !> The run has failed, and nothing was written since the state was kept: history samples still
   !! wait. Write that state, unless it is in the file. `advice` states how to continue, or why that
   !! is not possible; empty if there is no such state.
-  subroutine save_verified(saver, results, advice)
+  subroutine save_verified(saver, model, results, advice)
     type(saver_t), intent(inout) :: saver
+    type(model_t), intent(in) :: model
     type(results_t), intent(inout) :: results
     character(:), allocatable, intent(out) :: advice
     type(error_t), allocatable :: error
@@ -409,8 +418,9 @@ contains
              rounded_text(saver%saved_time)//", is in '"//saver%path// &
              "'; --restart "//saver%path//" fails in the same way, and shows more of it where "// &
              "*OUTPUT asks for more frames"
-    if (saver%retry <= 0.0_wp) advice = advice//"; with *CHECKPOINT, RETRY=0.5 in the deck it "// &
-                                        "retries with half the time increment"
+    ! A static step has cut its increments itself, see `retry_run`.
+    if (saver%retry <= 0.0_wp .and. .not. model%step%is_static) advice = advice// &
+      "; with *CHECKPOINT, RETRY=0.5 in the deck it retries with half the time increment"
   end subroutine save_verified
 
   !> Retry with a smaller time increment, if the deck allows it and there is a state to begin from;
