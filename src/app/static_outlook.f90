@@ -47,7 +47,7 @@ contains
     associate (blank => model%bodies%blank)
       call new_body_stiffness(stiffness, blank%parts, blank%seams, fixed, error, blank%joints)
     end associate
-    if (.not. allocated(error)) call factor%analyse(stiffness%matrix, .false., error)
+    if (.not. allocated(error)) call factor%analyse(stiffness%matrix, error)
     if (allocated(error)) then
       call append_text(lines, "static steps     "//error%message)
       return

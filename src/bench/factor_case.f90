@@ -50,7 +50,7 @@ contains
     call add_elements(self)
     self%n_units = self%matrix%n
     if (self%is_assembly) return
-    call self%factor%analyse(self%matrix, .false., error)
+    call self%factor%analyse(self%matrix, error)
     self%flops = self%factor%n_operations/self%n_units
     self%working_set = 8.0_wp*self%factor%n_entries
   end subroutine prepare

@@ -46,7 +46,7 @@ contains
     real(wp) :: shift, added
     integer :: i
 
-    call factor%analyse(matrix, .false., error)
+    call factor%analyse(matrix, error)
     if (allocated(error)) return
     associate (diagonal => matrix%first(2:) - 1)
       shift = max(guess, regular*maxval(matrix%values(diagonal)/mass)/matrix%n)

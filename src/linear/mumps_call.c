@@ -16,7 +16,6 @@ typedef struct {
   long long n_entries;
   int n;
   int n_right;
-  int is_definite;           /* no pivots needed */
   int spare;                 /* percent of memory beyond the estimate */
   int code, detail;          /* INFOG(1) and INFOG(2) of MUMPS, code 0 or above: success */
   int n_negative;            /* pivots */
@@ -37,10 +36,10 @@ static void put_factors_on_disk(DMUMPS_STRUC_C *m, const char *folder) {
   strcpy(m->ooc_prefix, "igaform");
 }
 
-static void begin(DMUMPS_STRUC_C *m, const call_t *call) {
+static void begin(DMUMPS_STRUC_C *m) {
   m->job = -1;
   m->par = 1;
-  m->sym = call->is_definite ? 1 : 2;
+  m->sym = 2;                /* with pivots of any sign */
   m->comm_fortran = -987654; /* the communicator of the sequential library */
   dmumps_c(m);
   for (int i = 0; i < 4; i++) m->icntl[i] = i < 3 ? -1 : 0; /* no words */
@@ -81,7 +80,7 @@ void igaform_mumps(int job, call_t *call) {
       call->code = -13;
       return;
     }
-    begin(m, call);
+    begin(m);
   }
   if (job == end) {
     m->job = -2;

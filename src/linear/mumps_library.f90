@@ -25,7 +25,6 @@ module mumps_library
     type(c_ptr) :: folder = c_null_ptr         !! for factors on disk
     integer(c_int64_t) :: n_entries = 0
     integer(c_int) :: n = 0, n_right = 0
-    integer(c_int) :: is_definite = 0
     integer(c_int) :: spare = 0                !! percent of memory beyond the estimate
     integer(c_int) :: code = 0, detail = 0     !! INFOG(1) and INFOG(2) of MUMPS
     integer(c_int) :: n_negative = 0, n_null = 0, null_unknown = 0

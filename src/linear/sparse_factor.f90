@@ -44,10 +44,9 @@ module sparse_factor
 contains
 
   !> Find the order of elimination for all matrices with these entries, and what the factors need.
-  subroutine analyse(self, matrix, is_definite, error, folder)
+  subroutine analyse(self, matrix, error, folder)
     class(sparse_factor_t), intent(inout) :: self
     type(symmetric_matrix_t), intent(in) :: matrix
-    logical, intent(in) :: is_definite         !! it never needs pivots
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in), optional :: folder   !! where factors are kept instead of in memory
 
@@ -55,7 +54,6 @@ contains
     call find_mumps(self%entry, error)
     if (allocated(error)) return
     self%call%n = int(matrix%n, c_int)
-    self%call%is_definite = merge(1_c_int, 0_c_int, is_definite)
     self%call%spare = spare(1)
     call run(self, mumps_analyse, matrix, error)
     if (allocated(error)) return

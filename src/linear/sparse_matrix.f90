@@ -11,8 +11,7 @@ module sparse_matrix
   implicit none
   private
 
-  public :: new_patch_grid, new_symmetric_matrix, set_zero, add_block, add_entry, &
-            product_with
+  public :: new_patch_grid, new_symmetric_matrix, set_zero, add_block, add_entry
   public :: element_components
 
   !> The control points of each element along an axis are `order`, from `first(element)` on.
@@ -251,26 +250,26 @@ contains
     matrix%values = 0.0_wp
   end subroutine set_zero
 
-  !> Add the block K over some components, of an element or of a coupling: T' K T. With `moved`, the
-  !! prescribed displacements of the held ones, `right` loses their forces T' K d.
-  pure subroutine add_block(matrix, map, components, block, moved, right)
+  !> Add the block K over some components, of an element or of a coupling: T' K T, row by row: in
+  !! both, columns rise.
+  pure subroutine add_block(matrix, map, components, block)
     type(symmetric_matrix_t), intent(inout) :: matrix
     type(unknowns_t), intent(in) :: map
     integer, intent(in) :: components(:)           !! each once
     real(wp), intent(in) :: block(:, :)            !! symmetric; the lower triangle is read
-    real(wp), intent(in), optional :: moved(:)     !! of all components of the map, held or not
-    real(wp), intent(inout), optional :: right(:)  !! of the unknowns
-    real(wp) :: force
-    integer :: i, k
+    integer, allocatable :: list(:), place(:)
+    real(wp), allocatable :: reduced(:, :)
+    integer :: i, j, k
 
-    call add_by_rows(matrix, map, components, block)
-    if (.not. (present(moved) .and. present(right))) return
-    if (.not. any(abs(moved(components)) > 0.0_wp)) return
-    do i = 1, size(components)
-      force = sum(block(i, :i)*moved(components(:i))) &
-              + sum(block(i + 1:, i)*moved(components(i + 1:)))
-      do k = map%first(components(i)), map%first(components(i) + 1) - 1
-        right(map%unknown(k)) = right(map%unknown(k)) - map%coefficient(k)*force
+    call unknowns_of(map, components, list, place)
+    call reduce_block(map, components, place, block, size(list), reduced)
+    do i = 1, size(list)
+      k = matrix%first(list(i))
+      do j = 1, i
+        do while (matrix%columns(k) < list(j))
+          k = k + 1
+        end do
+        matrix%values(k) = matrix%values(k) + reduced(j, i)
       end do
     end do
   end subroutine add_block
@@ -321,29 +320,6 @@ contains
       end if
     end do
   end function place_of
-
-  !> Bring the block to the unknowns, and add it row by row: in both, columns rise.
-  pure subroutine add_by_rows(matrix, map, components, block)
-    type(symmetric_matrix_t), intent(inout) :: matrix
-    type(unknowns_t), intent(in) :: map
-    integer, intent(in) :: components(:)
-    real(wp), intent(in) :: block(:, :)
-    integer, allocatable :: list(:), place(:)
-    real(wp), allocatable :: reduced(:, :)
-    integer :: i, j, k
-
-    call unknowns_of(map, components, list, place)
-    call reduce_block(map, components, place, block, size(list), reduced)
-    do i = 1, size(list)
-      k = matrix%first(list(i))
-      do j = 1, i
-        do while (matrix%columns(k) < list(j))
-          k = k + 1
-        end do
-        matrix%values(k) = matrix%values(k) + reduced(j, i)
-      end do
-    end do
-  end subroutine add_by_rows
 
   !> The unknowns of some components in rising order, and where those of each component are there.
   pure subroutine unknowns_of(map, components, list, place)
@@ -423,23 +399,5 @@ contains
       end do
     end do
   end subroutine reduce_block
-
-  !> The matrix times a vector.
-  pure function product_with(matrix, x) result(y)
-    type(symmetric_matrix_t), intent(in) :: matrix
-    real(wp), intent(in) :: x(:)
-    real(wp) :: y(matrix%n)
-    integer :: i, k
-
-    y = 0.0_wp
-    do i = 1, matrix%n
-      do k = matrix%first(i), matrix%first(i + 1) - 1
-        associate (j => matrix%columns(k))
-          y(i) = y(i) + matrix%values(k)*x(j)
-          if (j /= i) y(j) = y(j) + matrix%values(k)*x(i)
-        end associate
-      end do
-    end do
-  end function product_with
 
 end module sparse_matrix

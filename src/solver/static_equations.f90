@@ -150,7 +150,7 @@ contains
         self%spring = run%spring_scale*self%shift*spring_factor(self%level)
       end if
     end associate
-    call self%factor%analyse(self%stiffness%matrix, .false., error)
+    call self%factor%analyse(self%stiffness%matrix, error)
   end subroutine new_equations
 
   logical function any_tool_moves(model, from, to)

@@ -9,7 +9,7 @@ module linear_cases
   private
 
   public :: no_couplings, new_tie, noise, dense_pattern, set_dense, as_dense, two_patches
-  public :: transformation, plate
+  public :: transformation, plate, product_with
 
 contains
 
@@ -138,5 +138,23 @@ contains
       end do
     end do
   end subroutine plate
+
+  !> The matrix times a vector.
+  function product_with(matrix, x) result(y)
+    type(symmetric_matrix_t), intent(in) :: matrix
+    real(wp), intent(in) :: x(:)
+    real(wp) :: y(matrix%n)
+    integer :: i, k
+
+    y = 0.0_wp
+    do i = 1, matrix%n
+      do k = matrix%first(i), matrix%first(i + 1) - 1
+        associate (j => matrix%columns(k))
+          y(i) = y(i) + matrix%values(k)*x(j)
+          if (j /= i) y(j) = y(j) + matrix%values(k)*x(i)
+        end associate
+      end do
+    end do
+  end function product_with
 
 end module linear_cases

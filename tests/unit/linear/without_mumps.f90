@@ -10,6 +10,6 @@ program without_mumps
   type(error_t), allocatable :: error
 
   call dense_pattern(1, matrix)
-  call factor%analyse(matrix, .true., error)
+  call factor%analyse(matrix, error)
   if (allocated(error)) print "(a)", error%message
 end program without_mumps
