@@ -4,7 +4,7 @@ module step_check
   use kinds, only: wp
   use text, only: rounded_text, to_text
   use input_errors, only: origin_t, error_list_t, add_warning, has_error_at
-  use linear_algebra, only: eigenvalues
+  use linear_algebra, only: eigenvalues, rigid_row
   use scene, only: scene_t, boundary_spec_t, is_held
   use model, only: model_t
   use tool_drive, only: tool_drive_t
@@ -215,12 +215,7 @@ contains
               arm = (solid%points(i, j, k, :) - centre)/size_of
               do c = 1, 3
                 if (.not. boundary%is_prescribed(c)) cycle
-                ! Component c of a + w x arm.
-                row = 0.0_wp
-                row(c) = 1.0_wp
-                l = mod(c, 3) + 1
-                row(3 + l) = arm(mod(l, 3) + 1)
-                row(3 + mod(l, 3) + 1) = -arm(l)
+                row = rigid_row(arm, c)
                 do l = 1, 6
                   matrix(:, l) = matrix(:, l) + row(l)*row
                 end do

@@ -7,7 +7,7 @@ module linear_algebra
 
   public :: eigenvalues, symmetric_eigensystem, tridiagonal_eigensystem
   public :: solve, solve_band, band_cholesky
-  public :: cross, sorted_order
+  public :: cross, rigid_row, sorted_order
 
   interface
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
@@ -146,6 +146,19 @@ contains
 
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
+
+  !> What the six rigid motions, a translation a and a rotation w, move a component of a point by:
+  !! the row r with r . (a, w) = component c of a + w x arm.
+  pure function rigid_row(arm, c) result(row)
+    real(wp), intent(in) :: arm(3)         !! from the centre of the rotation to the point
+    integer, intent(in) :: c               !! 1 to 3
+    real(wp) :: row(6)
+
+    row = 0.0_wp
+    row(c) = 1.0_wp
+    row(4 + mod(c, 3)) = arm(mod(c + 1, 3) + 1)    ! about the next axis
+    row(4 + mod(c + 1, 3)) = -arm(mod(c, 3) + 1)   ! about the one after it
+  end function rigid_row
 
   !> Order in which values rise, by merging ever longer runs; equal values keep their order.
   pure function sorted_order(values) result(order)

@@ -4,6 +4,7 @@
 module rigid_supports
   use kinds, only: wp
   use text, only: place_text
+  use linear_algebra, only: rigid_row
   use knot_vector, only: span_table
   use patch_seams, only: seams_t
   use element, only: part_t, element_t
@@ -37,7 +38,7 @@ contains
     type(seams_t), intent(in) :: seams
     type(field_t), intent(in) :: at(:)               !! positions of the control points, by part
     type(fixed_t), intent(inout) :: fixed(:)
-    integer, allocatable, intent(out) :: added(:, :) !! part and place in the field as one list, (2, n)
+    integer, allocatable, intent(out) :: added(:, :) !! part, place in the field as one list; (2, n)
     type(body_of_t) :: bodies(size(parts))
     real(wp) :: centre(3), length
     integer :: k, n
@@ -69,7 +70,7 @@ contains
       do p = 1, size(at)
         do i = 1, size(fixed(p)%is_fixed)
           if (.not. (is_leader(fixed(p), i) .and. is_in_body(bodies(p), i, k))) cycle
-          rest = remainder(taken, rigid_row(at(p), i, centre, length))
+          rest = remainder(taken, row_of(at(p), i, centre, length))
           if (norm2(rest) <= largest*(1.0_wp + 1.0e-9_wp)) cycle
           largest = norm2(rest)
           best = [p, i]
@@ -77,7 +78,7 @@ contains
       end do
       if (largest <= least) exit   ! all on one line
       call hold(best(2), shape(fixed(best(1))%is_fixed), fixed(best(1))%is_fixed)
-      call take(taken, rigid_row(at(best(1)), best(2), centre, length))
+      call take(taken, row_of(at(best(1)), best(2), centre, length))
       added = reshape([added, best], [2, size(added, 2) + 1])
     end do
   end subroutine hold_body
@@ -98,10 +99,10 @@ contains
       do i = 1, size(held)
         if (taken%n == 6) return
         if (.not. is_in_body(bodies(p), i, k)) cycle
-        if (held(i)) call take(taken, rigid_row(at(p), i, centre, length))
+        if (held(i)) call take(taken, row_of(at(p), i, centre, length))
         if (is_leader(fixed(p), i)) cycle
-        call take(taken, rigid_row(at(p), i, centre, length) &
-                         - rigid_row(at(p), fixed(p)%leader(i), centre, length))
+        call take(taken, row_of(at(p), i, centre, length) &
+                         - row_of(at(p), fixed(p)%leader(i), centre, length))
       end do
     end do
   end function taken_by_supports
@@ -131,7 +132,7 @@ contains
         list = reshape(forces(p)%values, [size(forces(p)%values)])
         do i = 1, size(list)
           if (.not. is_in_body(bodies(p), i, k)) cycle
-          resultant = resultant + list(i)*rigid_row(at(p), i, centre, length)
+          resultant = resultant + list(i)*row_of(at(p), i, centre, length)
           amount = amount + abs(list(i))
         end do
       end do
@@ -298,20 +299,14 @@ contains
 
   !> What the rigid motions move a component by: three translations, three rotations about the
   !! centre with their arms over the length.
-  pure function rigid_row(field, place, centre, length) result(row)
+  pure function row_of(field, place, centre, length) result(row)
     type(field_t), intent(in) :: field             !! positions
     integer, intent(in) :: place                   !! in the field as one list
     real(wp), intent(in) :: centre(3), length
-    real(wp) :: row(6), x(3)
-    integer :: c
+    real(wp) :: row(6)
 
-    c = component_of(field, place)
-    x = (place_of(field, place) - centre)/length
-    row = 0.0_wp
-    row(c) = 1.0_wp
-    row(4 + mod(c, 3)) = x(mod(c + 1, 3) + 1)      ! about the next axis
-    row(4 + mod(c + 1, 3)) = -x(mod(c, 3) + 1)     ! about the one after it
-  end function rigid_row
+    row = rigid_row((place_of(field, place) - centre)/length, component_of(field, place))
+  end function row_of
 
   pure integer function component_of(field, place) result(c)
     type(field_t), intent(in) :: field

@@ -38,7 +38,7 @@ module static_step
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
   ! Springs hold a part whose released forces would turn it over; stiffer ones where these hold
-  ! accelerations as well, which would bend its flanges. The stiffer, the more yields as they let go.
+  ! accelerations as well, which would bend its flanges. The stiffer, the more yields as they go.
   real(wp), parameter :: much_inertia = 0.01_wp    !! of the forces released
   real(wp), parameter :: stiffer = 100.0_wp
   integer, parameter :: n_told = 3                 !! of the residuals, in the log

@@ -111,7 +111,7 @@ def strut_buckles(case):
 
 
 def unheld_parts(case):
-    """Loads on rigid motions end the step at once; parts without a common seam have supports each."""
+    """Loads on rigid motions end the step at once; parts without a common seam are held each."""
     told = run(case, "falling", PLATES.format(more=""), 2)[1]
     says(case, "falling", told, "motion in z", "borne by no support")
     log = run(case, "two", PLATES.format(more="").replace("*GRAVITY\n0, 0, -9810\n", ""))[2]
@@ -134,8 +134,8 @@ def places_stay(case):
     case.deviation("freed: place by 10 and by 4 increments [mm]", np.abs(ends[0] - ends[1]).max(),
                    5e-3)
     text = FREED.format(first=0.25)
-    result = Run(run(case, "tabled", text.replace("*AMPLITUDE, NAME=rise", TABLE
-                                                  + "*AMPLITUDE, NAME=rise"))[0])
+    rise = "*AMPLITUDE, NAME=rise"
+    result = Run(run(case, "tabled", text.replace(rise, TABLE + rise))[0])
     case.deviation("freed above a table: place [mm]", np.abs(result.blank - ends[1]).max(), 1e-2)
 
 
