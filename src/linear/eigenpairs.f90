@@ -33,19 +33,21 @@ contains
 
   !> The lowest eigenvalues in rising order and their vectors, X' M X = 1. Fails where there is no
   !! MUMPS.
-  subroutine find_eigenpairs(matrix, mass, guess, n, values, vectors, error)
+  subroutine find_eigenpairs(matrix, mass, guess, n, values, vectors, error, has_buffer)
     type(symmetric_matrix_t), intent(inout) :: matrix      !! K, then K + s M
     real(wp), intent(in) :: mass(:)                        !! the diagonal of M
     real(wp), intent(in) :: guess                          !! of an eigenvalue, for s
     integer, intent(in) :: n                               !! wanted, unknowns at most
     real(wp), allocatable, intent(out) :: values(:), vectors(:, :)
     type(error_t), allocatable, intent(out) :: error
+    logical, intent(inout), optional :: has_buffer         !! of BLAS, see `sparse_factor_t`
     real(wp), parameter :: growth = 30.0_wp
     integer, parameter :: most_trials = 20
     type(sparse_factor_t) :: factor
     real(wp) :: shift, added
     integer :: i
 
+    if (present(has_buffer)) factor%has_buffer = has_buffer
     call factor%analyse(matrix, error)
     if (allocated(error)) return
     associate (diagonal => matrix%first(2:) - 1)
@@ -60,6 +62,7 @@ contains
         shift = growth*shift
       end do
     end associate
+    if (present(has_buffer)) has_buffer = factor%has_buffer
     call iterate(factor, mass, added, n, values, vectors, error)
   end subroutine find_eigenpairs
 

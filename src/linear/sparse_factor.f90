@@ -21,6 +21,8 @@ module sparse_factor
     type(c_funptr) :: entry = c_null_funptr
     type(mumps_call_t) :: call
     character(:), allocatable, public :: folder    !! of factors on disk; not allocated: in memory
+    logical, public :: has_buffer = .false.    !! BLAS has its buffer, which it keeps: the program
+                                               !! has found factors before, these or others
     logical, public :: is_short = .false.      !! what failed was memory or disk, not the matrix
     integer, public :: n_negative = 0          !! pivots of the last factors
     integer, public :: null_unknown = 0        !! the first with a pivot of zero, 0: there is none
@@ -63,14 +65,17 @@ contains
   end subroutine analyse
 
   !> In memory where there is enough of it, else on disk. Fails where there is not enough for that:
-  !! OpenBLAS asks for its buffer again and again where the system refuses it.
+  !! OpenBLAS asks for its buffer again and again where the system refuses it. It does so with the
+  !! first factors of a process.
   subroutine choose_place(self, folder, error)
     class(sparse_factor_t), intent(inout) :: self
     character(*), intent(in), optional :: folder
     type(error_t), allocatable, intent(out) :: error
-    real(wp), parameter :: of_blas = 128.0_wp  ! that buffer [MB]
-    real(wp) :: free
+    real(wp), parameter :: buffer = 128.0_wp   ! [MB]
+    real(wp) :: free, of_blas
+    character(:), allocatable :: beside
 
+    of_blas = merge(0.0_wp, buffer, self%has_buffer)
     free = free_megabytes() - of_blas
     self%megabytes = int(self%call%megabytes)
     if (present(folder)) then
@@ -81,12 +86,13 @@ contains
     if (.not. allocated(self%folder)) return
     self%megabytes = int(self%call%megabytes_on_disk)
     self%is_short = with_spare(self%megabytes) > free
-    if (self%is_short) &
-      call fail(error, "too little memory for the factors of "//to_text(int(self%call%n))// &
-                " equations: they need "//to_text(int(self%call%megabytes))//" MB, or "// &
-                to_text(self%megabytes)//" MB with factors on disk, beside "// &
-                rounded_text(of_blas)//" MB for BLAS, and "//rounded_text(free + of_blas)// &
-                " MB are free")
+    if (.not. self%is_short) return
+    beside = ""
+    if (of_blas > 0.0_wp) beside = ", beside "//rounded_text(of_blas)//" MB for BLAS"
+    call fail(error, "too little memory for the factors of "//to_text(int(self%call%n))// &
+              " equations: they need "//to_text(int(self%call%megabytes))//" MB, or "// &
+              to_text(self%megabytes)//" MB with factors on disk"//beside//", and "// &
+              rounded_text(free + of_blas)//" MB are free")
   end subroutine choose_place
 
   !> What MUMPS asks for at first [MB].
@@ -131,6 +137,7 @@ contains
     self%n_negative = int(self%call%n_negative)
     self%null_unknown = int(self%call%null_unknown)
     if (allocated(error)) return
+    self%has_buffer = .true.
     self%megabytes = int(self%call%megabytes)
     if (self%call%n_null > 0) &
       call fail(error, "the matrix of "//to_text(matrix%n)//" equations is singular: "// &
@@ -151,7 +158,7 @@ contains
     call report(self, error)
   end subroutine solve
 
-  !> Give everything back.
+  !> Give everything back. What BLAS keeps it keeps.
   subroutine clear(self)
     class(sparse_factor_t), intent(inout) :: self
     type(mumps_call_t) :: fresh

@@ -326,7 +326,7 @@ contains
 
     if (model%step%n_modes == 0) return
     call start_watch(model%timer, run%watch_static)
-    call find_modes(model, results, log, run%is_file_lost, error)
+    call find_modes(model, run%has_buffer, results, log, run%is_file_lost, error)
     call stop_watch(model%timer, run%watch_static)
   end subroutine find_due_modes
 

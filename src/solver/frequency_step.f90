@@ -29,8 +29,9 @@ contains
 
   !> Find the lowest modes, list their frequencies in the log and write both to the result. An
   !! eigenvalue below zero by more than a very low frequency is that of an unstable mode.
-  subroutine find_modes(model, results, log, is_file_lost, error)
+  subroutine find_modes(model, has_buffer, results, log, is_file_lost, error)
     type(model_t), intent(inout) :: model          !! stays as it is
+    logical, intent(inout) :: has_buffer           !! of BLAS, see `sparse_factor_t`
     type(results_t), intent(inout) :: results
     type(run_log_t), intent(inout) :: log
     logical, intent(out) :: is_file_lost           !! the result cannot be written
@@ -51,7 +52,8 @@ contains
       end if
       mass = to_unknowns(stiffness%map, masses_of(blank%parts))/blank%mass_factor
       guess = bending_guess(blank%parts, blank%law)
-      call find_eigenpairs(stiffness%matrix, mass, guess, n, values, vectors, error)
+      call find_eigenpairs(stiffness%matrix, mass, guess, n, values, vectors, error, &
+                           has_buffer)
     end associate
     if (allocated(error)) return
     call log_frequencies(log, values)

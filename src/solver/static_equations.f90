@@ -150,6 +150,7 @@ contains
         self%spring = run%spring_scale*self%shift*spring_factor(self%level)
       end if
     end associate
+    self%factor%has_buffer = run%has_buffer
     call self%factor%analyse(self%stiffness%matrix, error)
   end subroutine new_equations
 
@@ -393,6 +394,7 @@ contains
         self%n_unstable = self%factor%n_negative
       end if
     end associate
+    run%has_buffer = self%factor%has_buffer
     if (.not. allocated(error) .or. self%factor%is_short) return
     words = error%message
     self%is_hopeless = self%factor%null_unknown > 0 .and. all(abs(u) <= 0.0_wp)
