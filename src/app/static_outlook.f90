@@ -1,17 +1,18 @@
 !> What the static steps of a deck will cost: equations, memory of the factors, time. The pattern of
 !! the matrix is analysed and one force evaluation timed; iterations are those of similar runs.
 module static_outlook
+  use, intrinsic :: iso_fortran_env, only: int64
+  use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use kinds, only: wp
   use failure, only: error_t
   use text, only: string_t, append_text, counted, rounded_text
-  use scene, only: step_spec_t
   use element, only: part_t
   use body_parts, only: end_forces_of_parts
   use boundary, only: prescribed_components
   use vibration, only: fixed_t
   use model, only: model_t
   use contact_effect, only: contact_pairs, contact_view_t
-  use static_step, only: increment_growth
+  use static_increments, only: count_increments
   use body_stiffness, only: body_stiffness_t, n_evaluations, new_body_stiffness
   use sparse_factor, only: sparse_factor_t
   implicit none
@@ -37,7 +38,8 @@ contains
     type(error_t), allocatable :: error
     type(fixed_t), allocatable :: fixed(:)
     real(wp) :: of_matrix
-    integer :: n_steps, n_increments
+    integer :: n_steps
+    integer(int64) :: n_increments
 
     allocate (lines(0))
     seconds = 0.0_wp
@@ -59,42 +61,10 @@ contains
     if (.not. may_step) return
     of_matrix = n_evaluations(stiffness, model%bodies%blank%parts)*evaluation_seconds(model) &
                 + real(factor%n_operations, wp)/factor_rate
-    seconds = n_increments*of_matrix*merge(in_contact, of_springback, has_contact(model))
+    seconds = real(n_increments, wp)*of_matrix*merge(in_contact, of_springback, has_contact(model))
     call append_text(lines, "                 about "//rounded_text(seconds)// &
       " s of processor time, "//rounded_text(of_matrix)//" s for a matrix and its factors")
   end subroutine static_lines
-
-  !> Static steps and their increments, if these grow as they may and none is cut.
-  subroutine count_increments(model, n_steps, n_increments)
-    type(model_t), intent(in) :: model
-    integer, intent(out) :: n_steps, n_increments
-    integer :: i
-
-    n_steps = 0
-    n_increments = 0
-    call add(model%step)
-    do i = 1, size(model%later_steps)
-      call add(model%later_steps(i)%step)
-    end do
-
-  contains
-
-    subroutine add(step)
-      type(step_spec_t), intent(in) :: step
-      real(wp) :: done, dt
-
-      if (.not. step%is_static) return
-      n_steps = n_steps + 1
-      if (step%n_modes > 0) n_increments = n_increments + 1
-      done = 0.0_wp
-      dt = step%static_increment
-      do while (done < (1.0_wp - 1.0e-9_wp)*step%duration)
-        n_increments = n_increments + 1
-        done = done + dt
-        dt = min(increment_growth*dt, step%most_increment)
-      end do
-    end subroutine add
-  end subroutine count_increments
 
   !> What supports hold in the first static step.
   function held_components(model) result(fixed)
@@ -151,8 +121,10 @@ contains
     type(model_t), intent(inout) :: model
     integer, parameter :: n = 3
     real(wp) :: start, finish
-    integer :: i
+    integer :: i, n_threads
 
+    n_threads = omp_get_max_threads()
+    call omp_set_num_threads(1)   ! for its processor time to be work
     associate (blank => model%bodies%blank)
       call end_forces_of_parts(blank%parts, blank%law, model%stable_step, blank%report, &
                                blank%joints)
@@ -163,6 +135,7 @@ contains
       end do
       call cpu_time(finish)
     end associate
+    call omp_set_num_threads(n_threads)
     seconds = (finish - start)/n
   end function evaluation_seconds
 

@@ -31,6 +31,7 @@ module static_step
   private
 
   public :: check_static, begin_static, take_static_increment
+  public :: shorten_way
 
   real(wp), parameter, public :: increment_growth = 1.5_wp   !! after one that was easy
 
