@@ -99,37 +99,34 @@ contains
     integer, intent(in) :: i_step
     real(wp), intent(in) :: starts(0:)             !! of the steps from that of the model on
     type(model_t), intent(out) :: stage
-    type(contact_effect_t) :: pair
 
-    allocate (stage%motions(0), stage%supports(0))
-    pair%pair%options%max_depth = min(least_depth(model%forces, i_step), &
-                                      least_depth(model%later_forces, i_step))
-    if (.not. pair%pair%options%max_depth < huge(1.0_wp)) then
-      allocate (stage%forces(0))
-      return
-    end if
-    allocate (stage%forces(1))
-    allocate (stage%forces(1)%item, source=pair)
+    allocate (stage%motions(0), stage%supports(0), stage%forces(0))
+    call add_pairs(model%forces, i_step, stage)
+    call add_pairs(model%later_forces, i_step, stage)
+    if (size(stage%forces) == 0) return
     call set_motions(model, i_step, starts, stage)
     call add_supports(model, model%supports, i_step, starts, stage)
     call add_supports(model, model%later_supports, i_step, starts, stage)
   end subroutine set_stage
 
-  !> Smallest depth of a contact pair that acts in a step; huge where there is none.
-  pure real(wp) function least_depth(effects, i_step) result(depth)
+  !> Of the contact pairs that act in a step their tools and depths.
+  subroutine add_pairs(effects, i_step, stage)
     type(effect_slot_t), intent(in) :: effects(:)
     integer, intent(in) :: i_step
+    type(model_t), intent(inout) :: stage
+    type(contact_effect_t) :: pair
     integer :: i
 
-    depth = huge(depth)
     do i = 1, size(effects)
       select type (item => effects(i)%item)
       type is (contact_effect_t)
-        if (item%first_step <= i_step .and. item%last_step >= i_step) &
-          depth = min(depth, item%pair%options%max_depth)
+        if (item%first_step > i_step .or. item%last_step < i_step) cycle
+        pair%tool = item%tool
+        pair%pair%options%max_depth = item%pair%options%max_depth
+        call add_effect(stage%forces, pair)
       end select
     end do
-  end function least_depth
+  end subroutine add_pairs
 
   !> Motions of the tools in a step, and the boxes of these.
   subroutine set_motions(model, i_step, starts, stage)

@@ -16,7 +16,7 @@ module contact_stiffness
   implicit none
   private
 
-  public :: add_contact_stiffness, n_touching, any_load, shortest_reach
+  public :: add_contact_stiffness, n_touching, any_load, shortest_reach, has_pair
 
 contains
 
@@ -86,6 +86,21 @@ contains
       reach = min(reach, pairs(i)%pair%pair%options%max_depth)
     end do
   end function shortest_reach
+
+  !> Is a tool in a contact pair? Others go where they like.
+  logical function has_pair(effects, tool)
+    type(effect_slot_t), intent(in) :: effects(:)
+    integer, intent(in) :: tool                    !! of the model
+    integer :: i
+
+    has_pair = .false.
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        has_pair = has_pair .or. item%tool == tool
+      end select
+    end do
+  end function has_pair
 
   !> The spring of one point between the control points that move it.
   subroutine add_point(stiffness, part, pair, tool, point, driven)

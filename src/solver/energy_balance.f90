@@ -129,7 +129,7 @@ contains
     end do
     associate (work => balance%tally%external_work)
       scaling = max(balance%kinetic_at_start, abs(work), balance%kinetic + balance%internal, &
-                    tiny(1.0_wp))
+                    least_energy(bodies, mass))
       balance%reference = max(balance%reference, scaling, energy_of_pace(bodies, mass))
       lack = balance%kinetic + balance%tally%tool_energy + balance%internal + balance%viscous &
              + balance%tally%contact_energy + balance%tally%friction_energy &
@@ -142,6 +142,18 @@ contains
       balance%momentum_error = norm2(lost)/balance%momentum_reference
     end associate
   end subroutine take_balance
+
+  !> Energy below which there is nothing to balance: that of strains of 1e-10 in all of the blank,
+  !! at which coordinates are rounded.
+  pure real(wp) function least_energy(bodies, mass) result(energy)
+    type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: mass              !! of the blank
+    real(wp), parameter :: least_strain = 1.0e-10_wp
+
+    associate (law => bodies%blank%law)
+      energy = max(law%bulk*least_strain**2*mass/max(law%density, tiny(1.0_wp)), tiny(1.0_wp))
+    end associate
+  end function least_energy
 
   !> Kinetic energy of the blank at the speed of the fastest tool.
   pure real(wp) function energy_of_pace(bodies, mass) result(energy)

@@ -5,7 +5,7 @@
 module static_equations
   use kinds, only: wp
   use text, only: to_text, rounded_text, place_text
-  use failure, only: error_t
+  use failure, only: error_t, fail
   use state_store, only: state_store_t, empty_store
   use body_parts, only: field_t, forces_of_parts
   use boundary, only: any_moving, prescribed_components, move_supports
@@ -22,7 +22,8 @@ module static_equations
   use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, field_of, &
                             find_unknowns, masses_of, new_body_stiffness
   use bead_stiffness, only: add_bead_stiffness, any_bead
-  use contact_stiffness, only: add_contact_stiffness, any_load, n_touching, shortest_reach
+  use contact_stiffness, only: add_contact_stiffness, any_load, has_pair, n_touching, &
+                               shortest_reach
   use driven_tools, only: driven_tools_t, new_driven_tools, set_tool_ways, find_tool_residual, &
                           solve_coupled
   use rigid_supports, only: find_unheld, hold_rigid_motions
@@ -75,6 +76,7 @@ module static_equations
     logical :: is_loose = .false.                  !! under loads, and tools alone hold its rigid
                                                    !! motions
     integer :: n_unstable = 0                      !! negative pivots of the last tangent
+    logical :: is_shortened = .false.              !! the last step was as long as it may be
     logical :: is_tool_on_way = .false.            !! in the last step one that a force moves went
                                                    !! farther than all points, as far as it may
     logical :: is_hopeless = .false.               !! shorter increments change nothing
@@ -151,6 +153,11 @@ contains
       end if
     end associate
     self%factor%has_buffer = run%has_buffer
+    if (self%n == 0) then
+      call fail(error, "a static step has nothing to find: supports hold all components of all "// &
+                "control points")
+      return
+    end if
     call self%factor%analyse(self%stiffness%matrix, error)
   end subroutine new_equations
 
@@ -161,6 +168,7 @@ contains
 
     any_tool_moves = .false.
     do t = 1, size(model%motions)
+      if (.not. has_pair(model%forces, t)) cycle
       any_tool_moves = any_tool_moves .or. &
         longest_way(model%motions(t), model%bodies%tools(t), from, to) > 0.0_wp
     end do
@@ -486,8 +494,9 @@ contains
     if (allocated(error)) return
     step = [u, ways]
     largest = max(maxval(abs(step)), tiny(1.0_wp))
+    self%is_shortened = largest > self%reach .or. is_hovering(self)
     self%is_tool_on_way = largest > self%reach .and. maxloc(abs(step), 1) > size(u)
-    if (largest > self%reach .or. is_hovering(self)) step = step*(self%reach/largest)
+    if (self%is_shortened) step = step*(self%reach/largest)
   end subroutine step_to_balance
 
   !> Largest reaction where rigid motions are held: there should be none.

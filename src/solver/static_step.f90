@@ -14,12 +14,13 @@ module static_step
   use boundary, only: take_reactions, way_of_supports
   use effect, only: any_from_outside
   use rigid_motion, only: move_tool, longest_way
-  use contact_stiffness, only: shortest_reach
+  use contact_stiffness, only: has_pair, shortest_reach
   use model, only: model_t, apply_forces
   use run_state, only: run_t
   use run_log, only: run_log_t, log_line
   use mumps_library, only: find_mumps
   use driven_tools, only: begin_drives, rest_drives
+  use anderson_mixing, only: mixing_t, forget, mix_step
   use static_equations, only: static_equations_t, new_equations, restore_start, try_motion, &
                               renew_factors, start_increment, step_to_balance, is_hovering, &
                               has_met_tools, reaction_of_held, unheld_load, unheld_lack, &
@@ -52,6 +53,9 @@ module static_step
   real(wp), parameter :: short = 1.0e-6_wp         !! of the increment: no time for laws to relax
   real(wp), parameter :: too_much = 2.0_wp         !! of the residuals before and after the first
                                                    !! iteration: later ones diverge
+  real(wp), parameter :: slow = 0.3_wp             !! part of the residual that a good iteration
+                                                   !! leaves at most
+  integer, parameter :: enough_slow = 3            !! that leave more: their tangent is not right
   real(wp), parameter :: stretching = 3.0_wp       !! growth of the residual in the first iteration
                                                    !! by which a part is stretched that turns
   real(wp), parameter :: too_little = 0.5_wp       !! of such a residual: the second iteration has
@@ -196,8 +200,9 @@ contains
       if (allocated(error)) return
       if (cut == most_cuts .or. equations%is_hopeless .or. &
           dt <= model%step%least_increment*(1.0_wp + 1.0e-9_wp)) then
-        if (has_buckled) words = words//"; the part buckles or collapses: expected less load, "// &
-                                 "an imperfection of the sheet that leads it, or an explicit step"
+        if (has_buckled .and. index(words, "buckles") == 0) words = words//"; the part buckles"
+        if (has_buckled) words = words//": expected less load, an imperfection of the sheet "// &
+                                 "that leads it, or an explicit step"
         call fail(error, "no equilibrium in the static step at time "// &
                   rounded_text(run%instant%time)//", increment "//rounded_text(dt)//": "//words)
         return
@@ -263,13 +268,16 @@ contains
     real(wp), parameter :: safe = 0.9_wp         ! of the depth at which a point counts as behind
     real(wp), parameter :: least_part = 1.0e-3_wp
     real(wp) :: reach, way
+    logical :: acts(size(model%motions))
     integer :: i, t
 
     reach = safe*shortest_reach(model%forces)
     if (.not. reach < huge(reach)*safe**2) return
+    acts = [(has_pair(model%forces, t), t=1, size(model%motions))]
     do i = 1, 100
       way = way_of_supports(model%supports, time, time + dt)
       do t = 1, size(model%motions)
+        if (.not. acts(t)) cycle
         way = max(way, longest_way(model%motions(t), model%bodies%tools(t), time, time + dt))
       end do
       if (way <= reach .or. dt <= least_part*model%step%least_increment) exit
@@ -346,16 +354,18 @@ contains
     real(wp), intent(out) :: last(:)               !! residuals, negative: by factors that were kept
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
+    type(mixing_t) :: mixing
     real(wp), allocatable :: u(:)
     real(wp) :: before, limit, share
     real(wp) :: early(0:2)                         ! residuals after none, one and two iterations
-    integer :: most, n_before, n_free
+    integer :: most, n_before, n_free, n_slow
     logical :: is_stale, is_stretched
 
     words = ""
     n_iterations = 0
     n_factors = 0
     n_free = 0
+    n_slow = 0
     most = most_iterations + merge(more_with_care, 0, equations%is_careful)
     limit = limit_of(equations)
     call start_increment(equations, model, run, u, share)
@@ -385,12 +395,13 @@ contains
       n_iterations = n_iterations + 1
       before = equations%norm
       n_before = equations%n_touching
-      call take_newton_step(equations, model, run, u, error)
+      call take_newton_step(equations, model, run, mixing, n_slow >= enough_slow, u, error)
       if (allocated(error)) return
       last = [last(2:), merge(equations%norm, -equations%norm, is_stale)]
       if (n_iterations <= 2) early(n_iterations:) = equations%norm
       is_stale = equations%n_touching /= n_before .or. &
                  .not. still_serve(equations, before, limit*equations%largest, .not. is_stale)
+      call watch_slowness(equations, before, n_before, n_slow, mixing, is_stale)
       if (is_hovering(equations)) then
         n_free = n_free + 1
         is_stale = n_free == 1
@@ -434,6 +445,28 @@ contains
     if (model%bodies%blank%report%failed_block < huge(1)) &
       call find_failure(model%bodies%blank, run%instant, words, failure, location)
   end function failure_words
+
+  !> Where the tangent in contact is not quite right, as with friction, which makes it
+  !! unsymmetrical, iterations bring a constant part each. Then factors stay, and steps are mixed,
+  !! as long as the same points touch.
+  subroutine watch_slowness(equations, before, n_before, n_slow, mixing, is_stale)
+    type(static_equations_t), intent(in) :: equations
+    real(wp), intent(in) :: before                 !! residual before the last iteration [force]
+    integer, intent(in) :: n_before                !! points that touched then
+    integer, intent(inout) :: n_slow               !! slow iterations in a row
+    type(mixing_t), intent(inout) :: mixing
+    logical, intent(inout) :: is_stale
+
+    if (equations%norm >= slow*before .and. n_slow < enough_slow) n_slow = n_slow + 1
+    if (equations%norm < slow*before .and. n_slow < enough_slow) n_slow = 0
+    if (.not. equations%has_contact .or. equations%n_touching /= n_before .or. &
+        equations%is_shortened .or. equations%norm > too_much*before) n_slow = 0
+    if (n_slow >= enough_slow) then
+      is_stale = .false.
+    else
+      call forget(mixing)
+    end if
+  end subroutine watch_slowness
 
   !> Do the iterations lead away from equilibrium? Known without contact, which comes and goes, and
   !! before steps are to lead downhill.
@@ -485,10 +518,12 @@ contains
 
   !> The whole step, though the residual may grow: a sheet that turns is stretched first. A part of
   !! it where elements turn over, or where points come to a tool on the way.
-  subroutine take_newton_step(equations, model, run, u, error)
+  subroutine take_newton_step(equations, model, run, mixing, is_mixed, u, error)
     type(static_equations_t), intent(inout) :: equations
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
+    type(mixing_t), intent(inout) :: mixing
+    logical, intent(in) :: is_mixed                !! with the steps before
     real(wp), intent(inout) :: u(:)                !! displacements of the unknowns [length]
     type(error_t), allocatable, intent(out) :: error
     integer, parameter :: most_quarters = 4
@@ -498,6 +533,7 @@ contains
 
     call step_to_balance(equations, step, error)
     if (allocated(error)) return
+    if (is_mixed) call mix_step(mixing, u, step)
     before = u
     power = dot_product(equations%residual, step)
     part = 1.0_wp

@@ -143,7 +143,8 @@ def fast_draw(case):
     """A U-bend whose flange still slows down as it is let go, at a short stroke."""
     deck = os.path.join(os.path.dirname(os.path.abspath(case.decks)), "u_bend.key")
     result = os.path.join(case.out, f"{case.name}_u_bend.h5")
-    sets = [word for value in ("stroke=10", "element=SHELL", "added=1") for word in ("--set", value)]
+    values = "stroke=10", "element=SHELL", "added=1"
+    sets = [word for value in values for word in ("--set", value)]
     done = subprocess.run([case.igaform, deck, "--threads", "1", "--quiet", "--out", result, *sets],
                           check=False)
     case.between("U-bend, stroke of 10 mm: exit code", done.returncode, 0, 0)
