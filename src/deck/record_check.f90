@@ -540,7 +540,7 @@ contains
     else if (any(block%keyword == of_section)) then
       note = "*BLANK names its material and consists of solid elements"
     else if (any(block%keyword == of_step)) then
-      note = "all steps are *DYNAMIC, EXPLICIT"
+      note = "*DYNAMIC, EXPLICIT and *STATIC say how a step is solved"
     else if (any(block%keyword == of_output) .or. is_other_output(block)) then
       note = "*OUTPUT, FRAMES=n, HISTORY=n says what is written"
     else if (block%keyword == "PHYSICAL CONSTANTS") then
