@@ -213,6 +213,7 @@ contains
     type(inertia_t), intent(inout) :: inertia
     integer(int64), intent(inout) :: last_shown
     type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: nothing = 1.0e-3_wp
     real(wp) :: kinetic, sums(2)
     integer :: taken
 
@@ -227,8 +228,10 @@ contains
         taken = taken + 1
         kinetic = kinetic_energy(model%bodies%blank)/added
         sums = sums + [kinetic, run%balance%internal]
-        if (run%instant%time - began > early*duration) inertia%largest = &
-          max(inertia%largest, kinetic/max(run%balance%internal, tiny(1.0_wp)))
+        ! A blank that moves as a whole has no internal energy to compare with.
+        if (run%instant%time - began > early*duration .and. &
+            run%balance%internal > nothing*kinetic) inertia%largest = &
+          max(inertia%largest, kinetic/run%balance%internal)
       end do
     end associate
     inertia%mean = sums(1)/max(sums(2), tiny(1.0_wp))

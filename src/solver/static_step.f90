@@ -40,9 +40,12 @@ module static_step
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
   ! Springs hold a part whose released forces would turn it over; stiffer ones where these hold
-  ! accelerations as well, which would bend its flanges. The stiffer, the more yields as they go.
+  ! accelerations as well, which would bend its flanges, and where the first do not do. The stiffer,
+  ! the more yields as they go.
   real(wp), parameter :: much_inertia = 0.01_wp    !! of the forces released
-  real(wp), parameter :: stiffer = 100.0_wp
+  real(wp), parameter :: stiffer = 10.0_wp, stiffest = 1.0e4_wp
+  real(wp), parameter :: crawling = 5.0e-3_wp      !! increment over the step at which springs are
+                                                   !! not stiff enough
   integer, parameter :: n_told = 3                 !! of the residuals, in the log
   integer, parameter :: most_free = 500            !! iterations of a part and a tool on their way
                                                    !! to each other
@@ -206,6 +209,14 @@ contains
         call fail(error, "no equilibrium in the static step at time "// &
                   rounded_text(run%instant%time)//", increment "//rounded_text(dt)//": "//words)
         return
+      end if
+      if (equations%spring > 0.0_wp .and. run%spring_scale < stiffest .and. &
+          (cut == enough_cuts .or. 0.25_wp*dt < crawling*run%control%duration)) then
+        run%spring_scale = stiffer*run%spring_scale
+        call log_line(log, "static     springs "//rounded_text(run%spring_scale)//" times as "// &
+                      "stiff hold the part: "//words)
+        cut = 0
+        cycle
       end if
       run%static_dt = max(0.25_wp*dt, model%step%least_increment)
       call log_line(log, "static     increment "//rounded_text(dt)//" cut to "// &
