@@ -274,7 +274,9 @@ contains
       if (option%value /= "") &
         call check_field(spec, squeezed(option%value), number, option%value, found, expected)
       if (option%value == "") then
-        found = spec%name//" without a value"
+        ! Where one value alone is allowed and it is the default, it goes without saying.
+        if (spec%default == "" .or. spec%default /= spec%allowed) &
+          found = spec%name//" without a value"
         option%value = spec%default
       end if
       if (allocated(found)) call add_error(errors, origin, found, expected)
