@@ -17,7 +17,7 @@ module deck_run
   use deck_reader, only: read_deck
   use error_report, only: report_errors
   use shell_joints, only: joint_words
-  use blank, only: n_elements_of, n_controls_of, mass_of
+  use blank, only: n_elements_of, last_element_number, n_controls_of, mass_of
   use model, only: model_t
   use contact_effect, only: contact_view_t, contact_pairs
   use contact_report, only: log_contact
@@ -203,10 +203,7 @@ contains
     if (message_file /= "") then
       call open_message_file(message_file, run%is_resumed)
       call note_log(c_text(log_file))
-      associate (last => model%bodies%blank%parts(size(model%bodies%blank%parts))%element)
-        ! An outline leaves elements out, not their numbers.
-        call expect_elements(int(last%n_before + product(last%n_elements), c_int))
-      end associate
+      call expect_elements(int(last_element_number(model%bodies%blank%parts), c_int))
       call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
     end if
     call run_model(model, run, results, log, saver, error)

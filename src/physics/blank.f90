@@ -18,7 +18,7 @@ module blank
   private
 
   public :: blank_t, new_blank, face_slice
-  public :: n_elements_of, n_controls_of, mass_of, columns_of
+  public :: n_elements_of, last_element_number, n_controls_of, mass_of, columns_of
 
   !> All patches with their motion.
   type :: blank_t
@@ -78,7 +78,7 @@ contains
                             law, viscosity, error, projection, is_shell)
         if (allocated(error)) return
       end associate
-      blank%parts(p)%element%n_before = n_elements_of(blank%parts(:p - 1))
+      blank%parts(p)%element%n_before = last_element_number(blank%parts(:p - 1))
     end do
     call set_inertia(blank%parts, blank%seams)
     if (present(is_shell)) then
@@ -117,6 +117,14 @@ contains
         n = n - count(parts(p)%element%ties%share <= 0.0_wp)*parts(p)%element%n_elements(3)
     end do
   end function n_elements_of
+
+  !> Elements are numbered through all patches; an outline leaves elements out, not their numbers.
+  pure integer function last_element_number(parts) result(n)
+    type(part_t), intent(in) :: parts(:)
+    integer :: p
+
+    n = sum([(product(parts(p)%element%n_elements), p=1, size(parts))])
+  end function last_element_number
 
   !> Control points of all patches, those at seams as often as patches meet there.
   pure integer function n_controls_of(parts) result(n)
