@@ -39,6 +39,7 @@ module static_step
   integer, parameter :: most_iterations = 16, enough_factors = 4, most_cuts = 12
   integer, parameter :: more_with_care = 16        !! iterations, as the steps are shorter
   integer, parameter :: enough_cuts = 3            !! before steps are to lead downhill
+  real(wp), parameter :: cut_to = 0.25_wp          !! of an increment that failed
   ! Springs hold a part whose released forces would turn it over; stiffer ones where these hold
   ! accelerations as well, which would bend its flanges, and where the first do not do. The stiffer,
   ! the more yields as they go.
@@ -203,25 +204,10 @@ contains
       if (allocated(error)) return
       if (cut == most_cuts .or. equations%is_hopeless .or. &
           dt <= model%step%least_increment*(1.0_wp + 1.0e-9_wp)) then
-        if (has_buckled .and. index(words, "buckles") == 0) words = words//"; the part buckles"
-        if (has_buckled) words = words//": expected less load, an imperfection of the sheet "// &
-                                 "that leads it, or an explicit step"
-        call fail(error, "no equilibrium in the static step at time "// &
-                  rounded_text(run%instant%time)//", increment "//rounded_text(dt)//": "//words)
+        call fail_to_balance(run, dt, has_buckled, words, error)
         return
       end if
-      if (equations%spring > 0.0_wp .and. run%spring_scale < stiffest .and. &
-          (cut == enough_cuts .or. 0.25_wp*dt < crawling*run%control%duration)) then
-        run%spring_scale = stiffer*run%spring_scale
-        call log_line(log, "static     springs "//rounded_text(run%spring_scale)//" times as "// &
-                      "stiff hold the part: "//words)
-        cut = 0
-        cycle
-      end if
-      run%static_dt = max(0.25_wp*dt, model%step%least_increment)
-      call log_line(log, "static     increment "//rounded_text(dt)//" cut to "// &
-                    rounded_text(run%static_dt)//": "//words)
-      cut = cut + 1
+      call ease_increment(equations, model, run, log, words, cut)
     end do
     call log_line(log, "static     time "//rounded_text(run%instant%time)//", "// &
                   counted(n_iterations, "iteration")//", "//counted(n_factors, "tangent")// &
@@ -233,6 +219,67 @@ contains
     if (n_factors <= enough_factors) &
       run%static_dt = min(increment_growth*dt, model%step%most_increment)
   end subroutine take_static_increment
+
+  !> Make the next trial easier: stiffer springs where they hold the part and shorter increments
+  !! have not done, else a shorter increment.
+  subroutine ease_increment(equations, model, run, log, words, cut)
+    type(static_equations_t), intent(in) :: equations
+    type(model_t), intent(in) :: model
+    type(run_t), intent(inout) :: run
+    type(run_log_t), intent(inout) :: log
+    character(*), intent(in) :: words              !! why the last trial failed
+    integer, intent(inout) :: cut                  !! how often the increment has been cut
+    real(wp) :: dt
+
+    dt = cut_to*equations%dt
+    if (equations%spring > 0.0_wp .and. run%spring_scale < stiffest .and. &
+        (cut == enough_cuts .or. dt < crawling*run%control%duration)) then
+      call stiffen_springs(equations, model, run)
+      call log_line(log, "static     springs "//rounded_text(run%spring_scale)//" times as "// &
+                    "stiff hold the part: "//words)
+      cut = 0
+      return
+    end if
+    run%static_dt = max(dt, model%step%least_increment)
+    call log_line(log, "static     increment "//rounded_text(equations%dt)//" cut to "// &
+                  rounded_text(run%static_dt)//": "//words)
+    cut = cut + 1
+  end subroutine ease_increment
+
+  !> Stiffer springs, without force here and now: what the ones before bear is ramped down with the
+  !! other forces.
+  subroutine stiffen_springs(equations, model, run)
+    type(static_equations_t), intent(in) :: equations
+    type(model_t), intent(in) :: model             !! at the start of the increment
+    type(run_t), intent(inout) :: run
+    integer :: p, c
+
+    do p = 1, size(run%released)
+      associate (element => model%bodies%blank%parts(p)%element, origin => run%origin(p)%values, &
+                 released => run%released(p)%values)
+        do c = 1, 3
+          released(:, :, :, c) = released(:, :, :, c) - equations%spring_before*element%inertia &
+            *(element%motion%x(:, :, :, c) - origin(:, :, :, c))/equations%level_before
+        end do
+        origin = element%motion%x
+      end associate
+    end do
+    run%spring_scale = stiffer*run%spring_scale
+  end subroutine stiffen_springs
+
+  subroutine fail_to_balance(run, dt, has_buckled, words, error)
+    type(run_t), intent(in) :: run
+    real(wp), intent(in) :: dt                     !! the last increment tried [time]
+    logical, intent(in) :: has_buckled
+    character(:), allocatable, intent(inout) :: words
+    type(error_t), allocatable, intent(out) :: error
+
+    if (has_buckled .and. index(words, "buckles") == 0) words = words//"; the part buckles"
+    if (has_buckled) words = words//": expected less load, an imperfection of the sheet "// &
+                             "that leads it, or an explicit step"
+    call fail(error, "no equilibrium in the static step at time "// &
+              rounded_text(run%instant%time)//", increment "//rounded_text(dt)//": "//words)
+  end subroutine fail_to_balance
 
   !> What is left of the step at most, and no more than tools and supports may move.
   real(wp) function next_increment(model, run) result(dt)

@@ -140,14 +140,16 @@ def places_stay(case):
 
 
 def fast_draw(case):
-    """A U-bend whose flange still slows down as it is let go, at a short stroke."""
+    """U-bends whose flange still slows down as it is let go, at short strokes. At 5 mm springs
+    become stiffer on the way: what the ones before bore is ramped down then."""
     deck = os.path.join(os.path.dirname(os.path.abspath(case.decks)), "u_bend.key")
-    result = os.path.join(case.out, f"{case.name}_u_bend.h5")
-    values = "stroke=10", "element=SHELL", "added=1"
-    sets = [word for value in values for word in ("--set", value)]
-    done = subprocess.run([case.igaform, deck, "--threads", "1", "--quiet", "--out", result, *sets],
-                          check=False)
-    case.between("U-bend, stroke of 10 mm: exit code", done.returncode, 0, 0)
+    for stroke in 5, 10:
+        result = os.path.join(case.out, f"{case.name}_u_bend_{stroke}.h5")
+        values = f"stroke={stroke}", "element=SHELL", "added=1"
+        sets = [word for value in values for word in ("--set", value)]
+        done = subprocess.run([case.igaform, deck, "--threads", "1", "--quiet", "--out", result,
+                               *sets], check=False)
+        case.between(f"U-bend, stroke of {stroke} mm: exit code", done.returncode, 0, 0)
 
 
 def main():
