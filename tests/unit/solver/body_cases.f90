@@ -21,6 +21,7 @@ module body_cases
   integer, parameter, public :: n_cases = 8
   integer, parameter, public :: quadratic = 1, cubic = 2, seam = 3, fold = 4, disk = 5, &
                                 symmetric = 6, smooth = 7, projected = 8
+  integer, parameter, public :: apart = 9      !! two bodies, not among the `n_cases`
 
 contains
 
@@ -46,6 +47,9 @@ contains
     case (fold)
       solids = two_boxes([2, 2, 1])
       call fold_up(solids(2))
+    case (apart)
+      solids = two_boxes([2, 2, 1])
+      solids(2)%points(:, :, :, 1) = solids(2)%points(:, :, :, 1) + 1.0_wp
     case (disk)
       shape%radius = 5.0_wp
       shape%height = 0.2_wp
