@@ -10,6 +10,7 @@ import numpy as np
 
 from post.iges_file import UNITS, Surface, write_iges
 from post.results import ResultsError, counted, open_results, text_of
+from post.splines import basis
 from post.start import add_deck_arguments, start_of_deck
 from post.trimmed_sheet import Face, face_of_tool, trimmed_faces, write_trimmed
 
@@ -179,20 +180,10 @@ def outer_faces(solids, wanted):
 def middle_of(solid, label):
     """The surface half-way through a solid along axis 3, with the normals of ZETA_MAX."""
     knots = solid.knots[2]
-    shares = basis_at(solid.degrees[2], knots, 0.5 * (knots[0] + knots[-1]))
+    shares = basis(solid.degrees[2], knots, [0.5 * (knots[0] + knots[-1])])[0]
     weights = np.tensordot(shares, solid.weights, 1)
     points = np.tensordot(shares, solid.weights[..., None] * solid.points, 1) / weights[..., None]
     return Surface(label, solid.degrees[:2], solid.knots[:2], points, weights)
-
-
-def basis_at(degree, knots, value):
-    """All basis functions at a value inside the knots (recursion of M. G. Cox and C. de Boor)."""
-    values = ((knots[:-1] <= value) & (value < knots[1:])).astype(float)
-    for p in range(1, degree + 1):
-        spans = knots[p:] - knots[:-p]
-        parts = np.divide(values, spans, out=np.zeros_like(values), where=spans > 0)
-        values = (value - knots[:-p - 1]) * parts[:-1] + (knots[p + 1:] - value) * parts[1:]
-    return values
 
 
 def face_of(solid, face, label):

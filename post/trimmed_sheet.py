@@ -6,6 +6,7 @@ import numpy as np
 
 from post.cad.writing import add_face
 from post.iges_file import TRIMMED_MARK, Surface, write_entities
+from post.splines import basis
 from post.trimming import THIN, cross, loops_of, pieces_of
 
 SMOOTH = 8 * THIN   # how far a corner of a smooth curve is off the line past it, of the parameters
@@ -154,19 +155,6 @@ def positions(surface, places):
     points = np.einsum("ni,nj,jic->nc", u, v, surface.points * surface.weights[..., None],
                        optimize=True)
     return points / weights[:, None]
-
-
-def basis(degree, knots, values):
-    """All basis functions at values, shape (values, functions) (recursion of M. G. Cox and C. de
-    Boor)."""
-    values = np.clip(values, knots[0], knots[-1])[:, None]
-    is_last = (values >= knots[-1]) & (knots[1:] == knots[-1]) & (knots[:-1] < knots[-1])
-    rows = (((knots[:-1] <= values) & (values < knots[1:])) | is_last).astype(float)
-    for p in range(1, degree + 1):
-        spans = knots[p:] - knots[:-p]
-        shares = np.divide(rows, spans, out=np.zeros_like(rows), where=spans > 0)
-        rows = (values - knots[:-p - 1]) * shares[:, :-1] + (knots[p + 1:] - values) * shares[:, 1:]
-    return rows
 
 
 def write_trimmed(path, faces, unit, author):

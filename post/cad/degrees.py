@@ -7,6 +7,8 @@ until samples of the curve are met. Ends stay where they are, weights stay weigh
 """
 import numpy as np
 
+from post.splines import basis
+
 MOST_DEGREE = 5          # that the solver reads
 MOST_HALVINGS = 7        # of a knot span
 SAMPLES = 7              # in a knot span, to compare
@@ -59,20 +61,6 @@ def samples(knots):
     ends = np.unique(knots)
     steps = np.arange(SAMPLES) / SAMPLES
     return np.append((ends[:-1, None] + steps * np.diff(ends)[:, None]).ravel(), ends[-1])
-
-
-def basis(degree, knots, places):
-    """All basis functions at places within the knots: shape (places, functions)."""
-    places = np.asarray(places)[:, None]
-    last = np.flatnonzero(knots < knots[-1])[-1]         # the end belongs to the last span
-    values = ((knots[:-1] <= places) & (places < knots[1:])).astype(float)
-    values[places[:, 0] >= knots[-1], last] = 1.0
-    for p in range(1, degree + 1):
-        spans = knots[p:] - knots[:-p]
-        inverse = np.divide(1.0, spans, out=np.zeros_like(spans), where=spans > 0)
-        values = ((places - knots[:-p - 1]) * inverse[:-1] * values[:, :-1]
-                  + (knots[p + 1:] - places) * inverse[1:] * values[:, 1:])
-    return values
 
 
 def apply(matrix, points):

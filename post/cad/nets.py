@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from post.cad.degrees import (MOST_DEGREE, basis, homogeneous, largest_distance, lowered, plain,
-                              samples)
+from post.cad.degrees import MOST_DEGREE, homogeneous, largest_distance, lowered, plain, samples
 from post.cad.occ import FaceError, parts, place_text, xyz
 from post.iges_file import Surface
+from post.splines import basis
 
 CLOSE = 1e-9        # of a range of parameters: the same value
 STRAIGHT = 1e-3     # of the tolerance: off a straight line by no more is straight
