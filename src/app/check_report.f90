@@ -8,7 +8,8 @@
 !! resists torsion.
 module check_report
   use kinds, only: wp
-  use text, only: string_t, to_text, rounded_text, place_text, append_text, counted
+  use text, only: string_t, to_text, rounded_text, place_text, append_text, counted, &
+                  axis_names, upper_case
   use element, only: element_t
   use shell_joints, only: joint_words
   use blank, only: n_elements_of, mass_of, blank_t
@@ -190,7 +191,6 @@ contains
   function saving_lines(scene) result(lines)
     type(scene_t), intent(in) :: scene
     type(string_t), allocatable :: lines(:)
-    character(3), parameter :: letters = "xyz"
     integer :: c, axis, n(3), reduced(3)
 
     allocate (lines(0))
@@ -207,8 +207,8 @@ contains
       reduced(axis) = 1
       if (.not. cost(reduced) < cost(n)) cycle
       if (uniformity_problem(scene, c) == "") call append_text(lines, "could be         "// &
-        "a strip (*REDUCE, TYPE=PLANE STRAIN, AXIS="//letters(c:c)//"), uniform along "// &
-        letters(c:c)//": 1 of "//to_text(n(axis))//" elements, saves "// &
+        "a strip (*REDUCE, TYPE=PLANE STRAIN, AXIS="//axis_names(c)//"), uniform along "// &
+        axis_names(c)//": 1 of "//to_text(n(axis))//" elements, saves "// &
         percent(1.0_wp - cost(reduced)/cost(n))//"; exact where the edges are constrained; "// &
         "with free edges for bending, not for stretching, in which a sheet narrows")
     end do
@@ -219,9 +219,9 @@ contains
         reduced = n
         reduced(axis) = (n(axis) + 1)/2
         if (.not. cost(reduced) < cost(n)) cycle
-        call append_text(lines, "could be         one half (cut the blank, *BOUNDARY "//upper(c)// &
-                 "SYMM on the cut), symmetric in "//letters(c:c)//": saves "// &
-                 percent(1.0_wp - cost(reduced)/cost(n)))
+        call append_text(lines, "could be         one half (cut the blank, *BOUNDARY "// &
+                 upper_case(axis_names(c))//"SYMM on the cut), symmetric in "// &
+                 axis_names(c)//": saves "//percent(1.0_wp - cost(reduced)/cost(n)))
       end do
     end do
   end function saving_lines
@@ -256,13 +256,6 @@ contains
 
     cost = real(n_lanes*((n(1) + n_lanes - 1)/n_lanes)*n(2)*n(3), wp)
   end function cost
-
-  pure character(1) function upper(component)
-    integer, intent(in) :: component
-    character(3), parameter :: letters = "XYZ"
-
-    upper = letters(component:component)
-  end function upper
 
   pure function percent(fraction) result(text)
     real(wp), intent(in) :: fraction

@@ -3,7 +3,7 @@
 !! and that end a little before it.
 module symmetry_check
   use kinds, only: wp
-  use text, only: rounded_text, place_text
+  use text, only: rounded_text, place_text, axis_names
   use input_errors, only: error_list_t, add_warning
   use scene, only: scene_t
   use support_extent, only: extent_t, extent_of, is_across, held_ends, find_box
@@ -26,7 +26,6 @@ module symmetry_check
   real(wp), parameter :: part = 0.05_wp       !! ... or part of the length of the blank: suspicious
   real(wp), parameter :: toward = 0.9_wp      !! cosine of a direction that runs to the plane
   real(wp), parameter :: aside = 1.0e-3_wp    !! cosine of a motion that still runs along the plane
-  character(1), parameter :: coordinates(3) = ["x", "y", "z"]
 
   !> A plane of symmetry across a coordinate.
   type :: plane_t
@@ -107,7 +106,7 @@ contains
         if (across == 0 .or. is_across(extent, c)) cycle
         call add_warning(errors, boundary%origin, words(c)//" of the set "// &
                          scene%sets(boundary%set)%name//", a plane face with the normal "// &
-                         coordinates(across), words(across)//", which holds the motion across it")
+                         axis_names(across), words(across)//", which holds the motion across it")
       end associate
     end do
   end subroutine check_symmetry_names
@@ -143,7 +142,7 @@ contains
             if (motion%tool /= encounter%tool .or. motion%is_rotation) cycle
             if (abs(motion%vector(plane%c)) <= aside*norm2(motion%vector)) cycle
             call add_warning(errors, motion%origin, "a motion of the tool '"//name// &
-              "' along "//coordinates(plane%c)//", across the plane of symmetry "// &
+              "' along "//axis_names(plane%c)//", across the plane of symmetry "// &
               name_of(plane)//" of the blank, which cuts the tool", "a motion along the plane, "// &
               "or a blank without this symmetry")
           end associate
@@ -254,7 +253,7 @@ contains
     type(plane_t), intent(in) :: plane
     character(:), allocatable :: name
 
-    name = coordinates(plane%c)//" = "//rounded_text(plane%at)
+    name = axis_names(plane%c)//" = "//rounded_text(plane%at)
   end function name_of
 
 end module symmetry_check

@@ -10,6 +10,8 @@ module text
   public :: read_real, read_integer, edit_distance, nearest_name, strings, append_text, joined
   public :: counted
 
+  character(1), parameter, public :: axis_names(3) = ["x", "y", "z"]
+
   !> Text of its own length, for lists of texts.
   type :: string_t
     character(:), allocatable :: value

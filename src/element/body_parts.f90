@@ -13,6 +13,7 @@ module body_parts
 
   public :: forces_of_parts, end_forces_of_parts, elastic_copies, set_inertia
   public :: share_internal_forces, share_external_forces, lead_edges, has_edges, carry_fields
+  public :: vector_at
 
   !> A field on the control points or the integration points of one part.
   type, public :: field_t
@@ -187,5 +188,17 @@ contains
                       parts(p)%element%motion%external_force)
     end do
   end subroutine share_external_forces
+
+  !> Vector of a field at a control point, by its number in the grid, axis 1 fastest.
+  pure function vector_at(values, point) result(vector)
+    real(wp), intent(in) :: values(:, :, :, :)
+    integer, intent(in) :: point
+    real(wp) :: vector(3)
+    integer :: n(4)
+
+    n = shape(values)
+    vector = values(mod(point - 1, n(1)) + 1, mod((point - 1)/n(1), n(2)) + 1, &
+                    (point - 1)/(n(1)*n(2)) + 1, :)
+  end function vector_at
 
 end module body_parts

@@ -4,7 +4,7 @@ module contact_effect
   use state_store, only: state_store_t, carry, carry_array
   use element, only: element_t, part_t, motion_t
   use blank, only: assembly_t
-  use effect, only: effect_t, effect_slot_t, instant_t, tally_t
+  use effect, only: effect_t, effect_slot_t, instant_t, tally_t, is_from_outside
   use knot_vector, only: breaks
   use nurbs_solid, only: face_axes
   use secondary_surface, only: secondary_surface_t, scatter_forces, areas_inside
@@ -15,7 +15,7 @@ module contact_effect
   implicit none
   private
 
-  public :: contact_pairs, net_of_pair, trim_pair, trim_surface, face_mass
+  public :: contact_pairs, has_pair, any_load, net_of_pair, trim_pair, trim_surface, face_mass
   public :: forget_depths, measure_depths, depth_of
 
   !> A contact pair.
@@ -77,6 +77,37 @@ contains
     end do
     pairs = found(:n)
   end function contact_pairs
+
+  !> Is a tool in a contact pair? Others go where they like.
+  logical function has_pair(effects, tool)
+    type(effect_slot_t), intent(in) :: effects(:)
+    integer, intent(in) :: tool                    !! of the model
+    integer :: i
+
+    has_pair = .false.
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        has_pair = has_pair .or. item%tool == tool
+      end select
+    end do
+  end function has_pair
+
+  !> Is there a force from outside that is not contact?
+  logical function any_load(effects)
+    type(effect_slot_t), intent(in) :: effects(:)
+    integer :: i
+
+    any_load = .false.
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        cycle
+      class default
+        any_load = any_load .or. is_from_outside(item)
+      end select
+    end do
+  end function any_load
 
   !> Control points of the face of a pair now.
   subroutine net_of_pair(pair, parts, net)

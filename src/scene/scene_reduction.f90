@@ -10,7 +10,7 @@ module scene_reduction
   use nurbs_surface, only: nurbs_surface_t
   use scene, only: scene_t, tool_spec_t, box_spec_t, set_spec_t, boundary_spec_t, boxes_of
   use input_errors, only: error_list_t, add_error
-  use text, only: to_text
+  use text, only: to_text, axis_names
   implicit none
   private
 
@@ -51,7 +51,7 @@ contains
     end if
     axis = axis_along(scene, component)
     if (axis == 0) then
-      reason = "the blank is not uniform along "//axis_name(component)
+      reason = "the blank is not uniform along "//axis_names(component)
       return
     end if
     associate (x => scene%blank%patches(1)%solid%points(:, :, :, component))
@@ -60,7 +60,7 @@ contains
     do i = 1, size(scene%tools)
       reason = tool_problem(scene%tools(i), component, range)
       if (moves_along(scene, i, component)) &
-        reason = "tool '"//scene%tools(i)%name//"' moves along "//axis_name(component)
+        reason = "tool '"//scene%tools(i)%name//"' moves along "//axis_names(component)
       if (reason /= "") return
     end do
     do i = 1, size(scene%contacts)
@@ -112,11 +112,11 @@ contains
         if (allocated(surface%loops)) then
           reason = "tool '"//tool%name//"' is trimmed"
         else if (.not. is_extruded_surface(surface, component)) then
-          reason = "tool '"//tool%name//"' is not extruded along "//axis_name(component)
+          reason = "tool '"//tool%name//"' is not extruded along "//axis_names(component)
         else if (minval(surface%points(:, :, component)) > range(1) + slack .or. &
                  maxval(surface%points(:, :, component)) < range(2) - slack) then
           reason = "tool '"//tool%name//"' does not reach over the whole blank along "// &
-                  axis_name(component)
+                  axis_names(component)
         end if
       end associate
       if (reason /= "") return
@@ -134,7 +134,7 @@ contains
     do i = 1, size(scene%boundaries)
       associate (spec => scene%boundaries(i))
         if (abs(spec%velocity(component)) > 0.0_wp) then
-          reason = "a boundary condition moves along "//axis_name(component)
+          reason = "a boundary condition moves along "//axis_names(component)
         else if (count(spec%is_prescribed) > merge(1, 0, spec%is_prescribed(component)) &
                  .and. .not. reaches_over(scene, spec%set, axis, component)) then
           reason = "a boundary condition acts on a part of the width"
@@ -144,7 +144,7 @@ contains
     do i = 1, size(scene%loads)
       associate (spec => scene%loads(i))
         if (spec%kind /= "PRESSURE" .and. abs(spec%value(component)) > 0.0_wp) then
-          reason = "a load acts along "//axis_name(component)
+          reason = "a load acts along "//axis_names(component)
         else if (.not. reaches_over(scene, spec%set, axis, component)) then
           reason = "a load acts on a part of the width"
         end if
@@ -155,21 +155,21 @@ contains
         if (abs(spec%velocity(component)) > 0.0_wp .or. &
             any(abs(spec%omega([mod(component, 3) + 1, mod(component + 1, 3) + 1])) > 0.0_wp) &
             .or. .not. reaches_over(scene, spec%set, axis, component)) &
-          reason = "the velocities at the start differ along "//axis_name(component)
+          reason = "the velocities at the start differ along "//axis_names(component)
       end associate
     end do
     do i = 1, size(scene%initial_states)
       if (.not. reaches_over(scene, scene%initial_states(i)%set, axis, component)) &
-        reason = "the states at the start differ along "//axis_name(component)
+        reason = "the states at the start differ along "//axis_names(component)
     end do
     do i = 1, size(scene%fields)
       associate (spec => scene%fields(i))
         if (abs(spec%gradient(component)) > 0.0_wp .or. &
             .not. reaches_over(scene, spec%set, axis, component)) &
-          reason = "a temperature or field variable differs along "//axis_name(component)
+          reason = "a temperature or field variable differs along "//axis_names(component)
       end associate
     end do
-    if (size(scene%beads) > 0) reason = "a draw bead may differ along "//axis_name(component)
+    if (size(scene%beads) > 0) reason = "a draw bead may differ along "//axis_names(component)
   end function condition_problem
 
   !> Does a set extend, with each of its boxes, over all of the width? Set 0 is all of the blank.
@@ -425,13 +425,6 @@ contains
       end associate
     end do
   end function is_even_set
-
-  pure character(1) function axis_name(component)
-    integer, intent(in) :: component
-    character(3), parameter :: letters = "xyz"
-
-    axis_name = letters(component:component)
-  end function axis_name
 
   !> Carry out the *REDUCE of a scene, if it has one. A scene that is not uniform is an error.
   subroutine reduce_scene(scene, errors)

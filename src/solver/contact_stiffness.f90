@@ -4,7 +4,7 @@ module contact_stiffness
   use kinds, only: wp
   use contact, only: contact_t
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
-  use effect, only: effect_slot_t, is_from_outside
+  use effect, only: effect_slot_t
   use tool, only: tool_t
   use tool_face, only: face_derivatives
   use linear_algebra, only: cross
@@ -16,7 +16,7 @@ module contact_stiffness
   implicit none
   private
 
-  public :: add_contact_stiffness, n_touching, any_load, shortest_reach, has_pair
+  public :: add_contact_stiffness, n_touching, shortest_reach
 
 contains
 
@@ -58,22 +58,6 @@ contains
     end do
   end function n_touching
 
-  !> Is there a force from outside that is not contact?
-  logical function any_load(effects)
-    type(effect_slot_t), intent(in) :: effects(:)
-    integer :: i
-
-    any_load = .false.
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        cycle
-      class default
-        any_load = any_load .or. is_from_outside(item)
-      end select
-    end do
-  end function any_load
-
   !> Smallest depth at which a point counts as behind a tool; huge where there is no contact pair.
   real(wp) function shortest_reach(effects) result(reach)
     type(effect_slot_t), intent(in), target :: effects(:)
@@ -86,21 +70,6 @@ contains
       reach = min(reach, pairs(i)%pair%pair%options%max_depth)
     end do
   end function shortest_reach
-
-  !> Is a tool in a contact pair? Others go where they like.
-  logical function has_pair(effects, tool)
-    type(effect_slot_t), intent(in) :: effects(:)
-    integer, intent(in) :: tool                    !! of the model
-    integer :: i
-
-    has_pair = .false.
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        has_pair = has_pair .or. item%tool == tool
-      end select
-    end do
-  end function has_pair
 
   !> The spring of one point between the control points that move it.
   subroutine add_point(stiffness, part, pair, tool, point, driven)

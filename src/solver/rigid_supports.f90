@@ -3,12 +3,12 @@
 !! trim leaves.
 module rigid_supports
   use kinds, only: wp
-  use text, only: place_text
+  use text, only: place_text, axis_names
   use linear_algebra, only: rigid_row
   use knot_vector, only: span_table
   use patch_seams, only: seams_t
   use element, only: part_t, element_t
-  use body_parts, only: field_t
+  use body_parts, only: field_t, vector_at
   use vibration, only: fixed_t
   implicit none
   private
@@ -27,7 +27,6 @@ module rigid_supports
   end type body_of_t
 
   real(wp), parameter :: least = 1.0e-6_wp         !! of a motion that counts as held
-  character(1), parameter :: axes(3) = ["x", "y", "z"]
 
 contains
 
@@ -155,7 +154,7 @@ contains
       if (abs(unheld(i)) <= little*maxval(abs(unheld))) cycle
       if (words /= "") words = words//", "
       words = words//trim(merge("rotation about", "motion in     ", i > 3))//" "// &
-              axes(modulo(i - 1, 3) + 1)
+              axis_names(modulo(i - 1, 3) + 1)
     end do
   end function motions_along
 
@@ -320,11 +319,8 @@ contains
     type(field_t), intent(in) :: field
     integer, intent(in) :: place                   !! in the field as one list
     real(wp) :: x(3)
-    integer :: n(4), i
 
-    n = shape(field%values)
-    i = mod(place - 1, product(n(:3)))
-    x = field%values(mod(i, n(1)) + 1, mod(i/n(1), n(2)) + 1, i/(n(1)*n(2)) + 1, :)
+    x = vector_at(field%values, mod(place - 1, size(field%values)/3) + 1)
   end function place_of
 
   !> Components that are held, in words such as `z at 0, 0, 0`.
@@ -338,7 +334,8 @@ contains
     do i = 1, size(added, 2)
       if (i > 1) words = words//"; "
       associate (field => at(added(1, i)), place => added(2, i))
-        words = words//axes(component_of(field, place))//" at "//place_text(place_of(field, place))
+        words = words//axis_names(component_of(field, place))//" at "// &
+                place_text(place_of(field, place))
       end associate
     end do
   end function held_words

@@ -4,10 +4,10 @@
 !! increment is made.
 module static_equations
   use kinds, only: wp
-  use text, only: to_text, rounded_text, place_text
+  use text, only: to_text, rounded_text, place_text, axis_names
   use failure, only: error_t, fail
   use state_store, only: state_store_t, empty_store
-  use body_parts, only: field_t, forces_of_parts
+  use body_parts, only: field_t, forces_of_parts, vector_at
   use boundary, only: any_moving, prescribed_components, move_supports
   use effect, only: any_from_outside, instant_t
   use vibration, only: fixed_t, trial_amount
@@ -22,8 +22,8 @@ module static_equations
   use body_stiffness, only: add_stiffness, bending_guess, body_stiffness_t, field_of, &
                             find_unknowns, masses_of, new_body_stiffness
   use bead_stiffness, only: add_bead_stiffness, any_bead
-  use contact_stiffness, only: add_contact_stiffness, any_load, has_pair, n_touching, &
-                               shortest_reach
+  use contact_effect, only: any_load, has_pair
+  use contact_stiffness, only: add_contact_stiffness, n_touching, shortest_reach
   use driven_tools, only: driven_tools_t, new_driven_tools, set_tool_ways, find_tool_residual, &
                           solve_coupled
   use rigid_supports, only: find_unheld, hold_rigid_motions
@@ -34,7 +34,6 @@ module static_equations
   public :: start_increment, step_to_balance, is_hovering, reaction_of_held, unheld_load
   public :: unheld_lack, worst_place, has_met_tools
 
-  character(1), parameter :: axes(3) = ["x", "y", "z"]
   real(wp), parameter :: regular = 0.01_wp     !! of the bending stiffness: see `shift`
   real(wp), parameter :: least = 1.0e-10_wp    !! of the largest stiffness by mass
 
@@ -406,7 +405,7 @@ contains
     if (.not. allocated(error) .or. self%factor%is_short) return
     words = error%message
     self%is_hopeless = self%factor%null_unknown > 0 .and. all(abs(u) <= 0.0_wp)
-    if (self%factor%null_unknown > 0) words = "nothing holds "//axes(axis_of(self, &
+    if (self%factor%null_unknown > 0) words = "nothing holds "//axis_names(axis_of(self, &
       self%factor%null_unknown))//" at "//place_of(self, model, self%factor%null_unknown)// &
       ": "//words
     deallocate (error)
@@ -594,7 +593,7 @@ contains
     type(model_t), intent(in) :: model
     integer, intent(in) :: unknown
     character(:), allocatable :: words
-    integer :: p, n, place(3), at
+    integer :: p, n, at
 
     at = unknown - self%stiffness%map%n_free
     if (at > 0) then
@@ -609,9 +608,7 @@ contains
           at = at - n
           cycle
         end if
-        place = [mod(at - 1, size(x, 1)) + 1, mod((at - 1)/size(x, 1), size(x, 2)) + 1, &
-                 (at - 1)/(size(x, 1)*size(x, 2)) + 1]
-        words = place_text(x(place(1), place(2), place(3), :))
+        words = place_text(vector_at(x, at))
         if (size(model%bodies%blank%parts) > 1) &
           words = words//" in patch '"//model%bodies%blank%parts(p)%element%name//"'"
         return

@@ -14,7 +14,8 @@ module static_step
   use boundary, only: take_reactions, way_of_supports
   use effect, only: any_from_outside
   use rigid_motion, only: move_tool, longest_way
-  use contact_stiffness, only: has_pair, shortest_reach
+  use contact_effect, only: has_pair
+  use contact_stiffness, only: shortest_reach
   use model, only: model_t, apply_forces
   use run_state, only: run_t
   use run_log, only: run_log_t, log_line
