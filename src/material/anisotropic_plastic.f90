@@ -7,7 +7,7 @@ module anisotropic_plastic
   use mises_plastic, only: mises_plastic_t, set_plastic, equivalent_strain
   use deviator_lanes, only: lanes, load_lanes, store_lanes, into_axes, add_from_axes, &
                             deviator_of, add_deviator
-  use yield_function, only: yield_function_t, find_excess, mises_bound, quadratic
+  use yield_function, only: yield_function_t, mises_bound, quadratic
   use hill_return, only: return_to_hill
   use hill_plane, only: plane_hill_t, new_plane_hill, into_hill_modes, from_hill_modes
   use plane_stress, only: plane_trial
@@ -29,6 +29,7 @@ module anisotropic_plastic
   type, extends(mises_plastic_t), public :: anisotropic_plastic_t
     type(yield_function_t) :: yield
     real(wp) :: axes(3, 3) = 0.0_wp   !! of the material at the start, as columns
+    logical :: is_turned = .false.    !! those are not the axes of space
     real(wp) :: bound = 0.0_wp        !! equivalent over von Mises stress never exceeds it
     logical :: is_hill = .false.      !! Hill's function without back stresses and stages
     type(plane_hill_t) :: plane       !! then: in plane stress
@@ -38,6 +39,9 @@ module anisotropic_plastic
     procedure :: lay_in_sheet
     procedure :: keeps_plane
   end type anisotropic_plastic_t
+
+  real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
+                                                   0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
 
 contains
 
@@ -57,6 +61,7 @@ contains
     call set_plastic(law, curve, back, n_stages, 5)
     law%yield = yield
     law%axes = axes
+    law%is_turned = any(abs(axes - identity) > 0.0_wp)
     law%bound = mises_bound(yield)
     law%is_hill = yield%kind == quadratic .and. back%n == 0 .and. n_stages == 0
     if (law%is_hill) law%plane = new_plane_hill(yield%hill, law%bulk, law%shear)
@@ -169,15 +174,14 @@ contains
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     type(return_problem_t) :: problem
-    real(wp) :: rotation(lanes, 9), plastic(lanes, 5), dgamma(lanes), axes(lanes, 4)
+    real(wp) :: rotation(lanes, 9), plastic(lanes, 5), dgamma(lanes)
     real(wp) :: back(lanes, 5, self%back%n), strain(lanes, 6)
     logical :: is_hill
 
-    call load_lanes(n, first, 4, state(:, 2:5), axes)
-    call axes_rotation(lanes, self%axes, axes, rotation)
+    call find_rotation(self, n, first, state, rotation)
     call load_trial(n, first, rotation, stress, problem%trial)
     call load_lanes(n, first, 1, state, problem%eqps)
-    call load_lanes(n, first, 1, factor, problem%factor)
+    if (self%curve%heating%is_active) call load_lanes(n, first, 1, factor, problem%factor)
     call load_lanes(n, first, 1, flow, problem%flow)
     call load_lanes(n, first, 1, slope, problem%slope)
     is_hill = self%is_hill
@@ -192,16 +196,14 @@ contains
     ok = .true.
     if (.not. is_hill) then
       ! Again where Hill's surface was not reached.
-      ok = are_numbers(5*lanes, problem%trial)       ! else the axes are none
-      if (.not. ok) return
-      call load_lanes(n, first, 6, dstrain, strain)
       call load_back_stresses(self, n, first, state, back)
-      call set_problem(self, strain, rotation, back, problem)
-      if (.not. sum(problem%flows) > 0.0_wp) return
       if (self%n_stages > 0) then
+        ok = are_numbers(5*lanes, problem%trial)     ! else the axes are none
+        if (.not. ok) return
         call return_in_stages(self%curve, self%yield, self%back, problem, self%n_stages, back, &
                               plastic, dgamma)
       else
+        call set_outset(self, n, first, dstrain, rotation, back, problem)
         call return_to_yield(self%curve, self%yield, self%back, problem, back, plastic, dgamma, ok)
       end if
       call move_back_stresses(self, n, first, back, state)
@@ -212,6 +214,22 @@ contains
     if (self%curve%heating%is_active) &
       call heat_points(self, n, first, problem%trial, plastic, state)
   end subroutine return_points
+
+  !> Rotations from space into the axes of the material at points of a row.
+  pure subroutine find_rotation(self, n, first, state, rotation)
+    class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: state(n, self%n_state)
+    real(wp), intent(out) :: rotation(lanes, 9)
+    real(wp) :: part(lanes, 4)
+
+    if (first + lanes - 1 <= n) then
+      call axes_rotation(lanes, n, self%axes, self%is_turned, state(first, 2), rotation)
+    else
+      call load_lanes(n, first, 4, state(:, 2:5), part)
+      call axes_rotation(lanes, lanes, self%axes, self%is_turned, part, rotation)
+    end if
+  end subroutine find_rotation
 
   !> The trial stress of points of a row as deviators in the axes of the material.
   pure subroutine load_trial(n, first, rotation, stress, trial)
@@ -276,20 +294,23 @@ contains
     end do
   end subroutine move_back_stresses
 
-  !> What the return starts from: among it which points flow, and the relative stress before the
-  !! increment.
-  pure subroutine set_problem(self, dstrain, rotation, back, problem)
+  !> The relative stress before the increment, from that of the trial stress.
+  pure subroutine set_outset(self, n, first, dstrain, rotation, back, problem)
     class(anisotropic_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: dstrain(lanes, 6), rotation(lanes, 9)
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: dstrain(n, 6), rotation(lanes, 9)
     real(wp), intent(in) :: back(lanes, 5, self%back%n)
-    type(return_problem_t), intent(inout) :: problem    !! stress, strain and flow are there already
+    type(return_problem_t), intent(inout) :: problem    !! the trial stress is there already
     real(wp) :: strain(lanes, 6), elastic(lanes, 5)
     integer :: i, k, l
 
+    call load_lanes(n, first, 6, dstrain, strain)
+    strain(:, 4:) = 0.5_wp*strain(:, 4:)
+    call into_axes(lanes, rotation, strain, elastic)
     do i = 1, 5
       !$omp simd
       do l = 1, lanes
-        problem%outset(l, i) = problem%trial(l, i)
+        problem%outset(l, i) = problem%trial(l, i) - 2.0_wp*self%shear*elastic(l, i)
       end do
       do k = 1, self%back%n
         !$omp simd
@@ -298,26 +319,7 @@ contains
         end do
       end do
     end do
-    call find_excess(self%yield, problem%outset, problem%flow, problem%excess)
-    !$omp simd
-    do l = 1, lanes
-      problem%flows(l) = merge(1.0_wp, 0.0_wp, problem%excess(l) > 0.0_wp)
-    end do
-    if (self%n_stages > 0) return
-    do i = 1, 6
-      !$omp simd
-      do l = 1, lanes
-        strain(l, i) = merge(1.0_wp, 0.5_wp, i < 4)*dstrain(l, i)
-      end do
-    end do
-    call into_axes(lanes, rotation, strain, elastic)
-    do i = 1, 5
-      !$omp simd
-      do l = 1, lanes
-        problem%outset(l, i) = problem%outset(l, i) - 2.0_wp*self%shear*elastic(l, i)
-      end do
-    end do
-  end subroutine set_problem
+  end subroutine set_outset
 
   !> Heat by the work of the new stress on the plastic strain.
   pure subroutine heat_points(self, n, first, trial, plastic, state)

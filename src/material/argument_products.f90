@@ -7,7 +7,7 @@ module argument_products
   implicit none
   private
 
-  public :: combine, add_products
+  public :: combine, set_products
 
 contains
 
@@ -39,11 +39,11 @@ contains
     end if
   end subroutine combine
 
-  !> Add the products of gradients of the arguments, times the second derivatives by those.
-  pure subroutine add_products(b, n, curvature, by_stress, hessian)
+  !> Products of gradients of the arguments, times the second derivatives by those.
+  pure subroutine set_products(b, n, curvature, by_stress, hessian)
     integer, intent(in) :: b, n              !! first point, arguments (2 or 5)
     real(wp), intent(in) :: curvature(lanes, n_packed), by_stress(lanes, 5, n_arguments)
-    real(wp), intent(inout) :: hessian(lanes, 15)
+    real(wp), intent(inout) :: hessian(lanes, 15)   !! of these points alone
     !> Where the entries of each column stand.
     integer, parameter :: packed(n_arguments, n_arguments) = reshape([ &
       1, 2, 4, 7, 11, 2, 3, 5, 8, 12, 4, 5, 6, 9, 13, 7, 8, 9, 10, 14, 11, 12, 13, 14, 15], &
@@ -54,23 +54,18 @@ contains
     do i = 1, n
       call combine(b, n, packed(:, i), curvature, by_stress, w(:, :, i))
     end do
-    call add_upper(b, n, by_stress, w, hessian)
-  end subroutine add_products
+    call set_upper(b, n, by_stress, w, hessian)
+  end subroutine set_products
 
-  !> Add the upper part of the sum of a w^T. The compiler keeps the sums in registers.
-  pure subroutine add_upper(b, n, a, w, hessian)
+  !> The upper part of the sum of a w^T. The compiler keeps the sums in registers.
+  pure subroutine set_upper(b, n, a, w, hessian)
     integer, intent(in) :: b, n
     real(wp), intent(in), dimension(lanes, 5, n_arguments) :: a, w
     real(wp), intent(inout) :: hessian(lanes, 15)
     real(wp) :: h(0:width - 1, 15)
     integer :: i, k, l
 
-    do k = 1, 15
-      !$omp simd
-      do l = 0, width - 1
-        h(l, k) = hessian(b + l, k)
-      end do
-    end do
+    h = 0.0_wp
     do i = 1, n
       !$omp simd
       do l = 0, width - 1
@@ -97,6 +92,6 @@ contains
         hessian(b + l, k) = h(l, k)
       end do
     end do
-  end subroutine add_upper
+  end subroutine set_upper
 
 end module argument_products

@@ -3,7 +3,6 @@
 module consistency
   use kinds, only: wp
   use flow_curve, only: flow_curve_t, flow_at, flow_after, is_steep, has_rate
-  use row_functions, only: are_numbers
   implicit none
   private
 
@@ -28,19 +27,22 @@ contains
     real(wp), intent(out) :: dgamma(n)
     logical, intent(out) :: ok
     real(wp), dimension(n) :: low, high, last, first, flow, slope, bend, reach
-    real(wp) :: known(n, 2)
+    real(wp) :: known(n, 2), total
     integer :: l, iteration
 
     call flow_at(curve, n, eqps, factor, first, slope, bend, reach)
-    ok = are_numbers(n, first)
-    if (.not. ok) then
-      dgamma = 0.0_wp
-      return
-    end if
-    high = max(q - first, 0.0_wp)/stiffness
+    total = 0.0_wp
+    !$omp simd reduction(+:total)
+    do l = 1, n
+      high(l) = max(q(l) - first(l), 0.0_wp)/stiffness(l)
+      low(l) = 0.0_wp
+      last(l) = 0.0_wp
+      total = total + first(l)
+    end do
+    dgamma = 0.0_wp
+    ok = abs(total) <= huge(total)     ! a largest value would pass over what is not a number
+    if (.not. ok) return
     call begin_at(curve, n, slope, stiffness, high, guess, dgamma)
-    low = 0.0_wp
-    last = 0.0_wp
     known(1, 1) = 0.0_wp
     do iteration = 1, max_iterations
       if (iteration > 1 .or. any(dgamma > 0.0_wp)) then
@@ -68,18 +70,21 @@ contains
     real(wp), intent(in) :: guess(n)
     real(wp), intent(out) :: dgamma(n)
     real(wp), parameter :: too_steep = 10.0_wp       ! slope over stiffness
+    real(wp) :: start
     integer :: l
 
     if (has_rate(curve)) then
       dgamma = min(merge(guess, high, guess > 0.0_wp), high)
       return
     end if
-    dgamma = 0.0_wp
     if (is_steep(curve)) then
+      !$omp simd private(start)
       do l = 1, n
-        if (slope(l) > too_steep*stiffness(l)) &
-          dgamma(l) = min(merge(guess(l), high(l), guess(l) > 0.0_wp), high(l))
+        start = merge(guess(l), high(l), guess(l) > 0.0_wp)
+        dgamma(l) = merge(min(start, high(l)), 0.0_wp, slope(l) > too_steep*stiffness(l))
       end do
+    else
+      dgamma = 0.0_wp
     end if
   end subroutine begin_at
 

@@ -13,7 +13,8 @@ module flow_curve
   use failure, only: error_t, fail
   use constant_check, only: check_finite, check_count, require
   use hardening, only: hardening_t, harden, harden_after, is_steep_at_start
-  use row_functions, only: log_row, log_near, power_row, power_near, near_part
+  use row_functions, only: log_row, log_near, power_row, power_near, near_part, power_small, &
+                           small_part
   implicit none
   private
 
@@ -31,6 +32,7 @@ module flow_curve
   end type heating_t
 
   real(wp), parameter :: least_factor = 1.0e-3_wp   !! of the strength that is left at melting
+  real(wp), parameter :: least = 1.0e-100_wp   ! strain and rate, so that all have a logarithm
   integer, parameter :: no_rate = 0, cowper_symonds = 1, johnson_cook = 2
 
   !> Hardening, rate factor and heating, which adds a last state variable, the temperature rise.
@@ -170,17 +172,44 @@ contains
     end if
   end subroutine flow_after
 
-  !> Multiply by the factor of the plastic strain rate, whose slope and bend come in.
+  !> Multiply by the factor of the plastic strain rate, whose slope and bend come in. The function
+  !! of the rate, its power over D or its logarithm over the reference rate, follows from that of an
+  !! evaluation before where all strains are near.
   pure subroutine quicken(curve, n, dt, dgamma, flow, slope, bend, known)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, dgamma(n)
+    real(wp), intent(in) :: dt, dgamma(n)              !! [time], >= 0
     real(wp), intent(inout), dimension(n) :: flow, slope, bend
     real(wp), intent(inout), optional :: known(n, 2)   !! see `flow_after`
-    real(wp) :: per_strain(n), values(n), coefficient, falls, is_above, by_rate, rise
+    real(wp) :: per_strain(n), values(n), most
+
+    if (present(known)) then
+      if (known(1, 1) > 0.0_wp) then
+        call compare_strains(n, dgamma, known(:, 1), per_strain, values, most)
+        if (most <= near_part) then
+          call function_nearby(curve, n, most, known(:, 2), values)
+          call add_rate(curve, n, per_strain, values, flow, slope, bend)
+          return
+        end if
+      end if
+      call function_anew(curve, n, dt, dgamma, known(:, 1), known(:, 2))
+      call add_rate(curve, n, known(:, 1), known(:, 2), flow, slope, bend)
+    else
+      call function_anew(curve, n, dt, dgamma, per_strain, values)
+      call add_rate(curve, n, per_strain, values, flow, slope, bend)
+    end if
+  end subroutine quicken
+
+  !> The same by the function of the rate.
+  pure subroutine add_rate(curve, n, per_strain, values, flow, slope, bend)
+    type(flow_curve_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: per_strain(n)              !! 1/dgamma, or of the least there is
+    real(wp), intent(in) :: values(n)
+    real(wp), intent(inout), dimension(n) :: flow, slope, bend
+    real(wp) :: coefficient, falls, is_above, by_rate, rise
     integer :: l
 
-    call function_of_rate(curve, n, dt, dgamma, per_strain, values, known)
     if (curve%rate_kind == cowper_symonds) then
       coefficient = 1.0_wp/curve%rate_constants(2)
       falls = abs(1.0_wp - coefficient)
@@ -204,53 +233,67 @@ contains
         flow(l) = by_rate*flow(l)
       end do
     end if
-  end subroutine quicken
+  end subroutine add_rate
 
-  !> Power of the rate over D, or logarithm of the rate over the reference rate: from those of an
-  !! evaluation before where all strains are near.
-  pure subroutine function_of_rate(curve, n, dt, dgamma, per_strain, values, known)
-    type(flow_curve_t), intent(in) :: curve
+  !> Strains over known ones, less 1, the largest of these, and one over the strains by a series to
+  !! the third power: it serves slopes alone, for which that is enough.
+  pure subroutine compare_strains(n, dgamma, per_known, per_strain, change, most)
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, dgamma(n)              !! [time], >= 0
-    real(wp), intent(out) :: per_strain(n)             !! 1/dgamma, or of the least there is
-    real(wp), intent(out) :: values(n)
-    real(wp), intent(inout), optional :: known(n, 2)   !! see `flow_after`
-    real(wp), parameter :: least = 1.0e-100_wp   ! strain and rate, so that all have a logarithm
-    real(wp) :: per_unit, most
-    logical :: is_power
+    real(wp), intent(in) :: dgamma(n), per_known(n)
+    real(wp), intent(out) :: per_strain(n), change(n), most
     integer :: l
 
-    is_power = curve%rate_kind == cowper_symonds
-    most = huge(most)
-    if (present(known)) then
-      if (known(1, 1) > 0.0_wp) then
-        most = 0.0_wp
-        !$omp simd reduction(max: most)
-        do l = 1, n
-          values(l) = max(dgamma(l), least)*known(l, 1) - 1.0_wp
-          most = max(most, abs(values(l)))
-        end do
-      end if
-    end if
-    per_strain = 1.0_wp/max(dgamma, least)
-    if (most <= near_part .and. is_power) then
-      call power_near(n, 1.0_wp/curve%rate_constants(2), known(:, 2), values)
-    else if (most <= near_part) then
+    most = 0.0_wp
+    !$omp simd reduction(max: most)
+    do l = 1, n
+      change(l) = max(dgamma(l), least)*per_known(l) - 1.0_wp
+      per_strain(l) = per_known(l)*(1.0_wp - change(l)*(1.0_wp - change(l)*(1.0_wp - change(l))))
+      most = max(most, abs(change(l)))
+    end do
+  end subroutine compare_strains
+
+  !> The function from a known one, by the relative change of the strains.
+  pure subroutine function_nearby(curve, n, most, known, values)
+    type(flow_curve_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: most                       !! of the changes, without sign
+    real(wp), intent(in) :: known(n)
+    real(wp), intent(inout) :: values(n)               !! changes, then the function
+
+    if (curve%rate_kind == johnson_cook) then
       call log_near(n, values)
-      values = known(:, 2) + values
+      values = known + values
+    else if (most <= small_part) then
+      call power_small(n, 1.0_wp/curve%rate_constants(2), values)
+      values = known*values
     else
-      per_unit = 1.0_wp/(curve%rate_constants(merge(1, 2, is_power))*max(dt, tiny(dt)))
-      values = max(per_unit*max(dgamma, least), least)
-      if (is_power) then
-        call power_row(n, 1.0_wp/curve%rate_constants(2), values)
-      else
-        call log_row(n, values)
-      end if
+      call power_near(n, 1.0_wp/curve%rate_constants(2), known, values)
     end if
-    if (.not. present(known) .or. most <= near_part) return
-    known(:, 1) = per_strain
-    known(:, 2) = values
-  end subroutine function_of_rate
+  end subroutine function_nearby
+
+  !> The function itself.
+  pure subroutine function_anew(curve, n, dt, dgamma, per_strain, values)
+    type(flow_curve_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dgamma(n)
+    real(wp), intent(out) :: per_strain(n), values(n)
+    real(wp) :: per_unit
+    integer :: l
+
+    per_unit = curve%rate_constants(merge(1, 2, curve%rate_kind == cowper_symonds))
+    per_unit = 1.0_wp/(per_unit*max(dt, tiny(dt)))
+    !$omp simd
+    do l = 1, n
+      values(l) = max(dgamma(l), least)
+      per_strain(l) = 1.0_wp/values(l)
+      values(l) = max(per_unit*values(l), least)
+    end do
+    if (curve%rate_kind == cowper_symonds) then
+      call power_row(n, 1.0_wp/curve%rate_constants(2), values)
+    else
+      call log_row(n, values)
+    end if
+  end subroutine function_anew
 
   !> Heating from the fraction of the work, specific heat, temperature at the start, reference and
   !! melting temperature and exponent.

@@ -29,146 +29,144 @@ contains
     real(wp), intent(out) :: dgamma(lanes)
     logical, intent(out) :: is_done
     integer, parameter :: max_iterations = 15
-    real(wp), dimension(lanes) :: flow, slope, flow_bend, reach, q, fall, bend, x, per_flow
-    real(wp) :: mode(lanes, 5)
-    integer :: l, iteration
+    real(wp), dimension(lanes) :: flow, slope, flow_bend, reach, q, fall, x
+    real(wp) :: mode(lanes, 5), share(lanes, 5)
+    integer :: iteration
 
     call into_modes(hill, problem%trial, mode)
-    !$omp simd
-    do l = 1, lanes
-      x(l) = 0.0_wp
-      per_flow(l) = 1.0_wp/problem%flow(l)
-    end do
-    call equivalent_of_trial(hill%weights, problem%shear, mode, q, fall, bend)
-    if (is_steep(curve)) then
+    call begin(hill%weights, problem, mode, q, fall, dgamma)
+    if (is_steep(curve)) &
       call solve_consistency(curve, lanes, problem%dt, q, max(fall/q**2, tiny(fall)), &
                              problem%eqps, problem%factor, problem%guess, dgamma, is_done)
-    else
-      flow_bend = 0.0_wp
-      call halley(q, fall, bend, problem%flow, per_flow, problem%slope, flow_bend, x, dgamma)
-      dgamma = max(dgamma, 0.0_wp)
-    end if
     do iteration = 1, max_iterations
       call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, problem%flow, &
                       dgamma, flow, slope, flow_bend, reach)
-      !$omp simd
-      do l = 1, lanes
-        per_flow(l) = 1.0_wp/flow(l)
-        x(l) = dgamma(l)*per_flow(l)
-      end do
-      call equivalent(hill%weights, problem%shear, mode, x, q, fall, bend)
-      call improve(is_rough(curve), problem%shear, q, fall, bend, flow, per_flow, slope, &
-                   flow_bend, dgamma, x, is_done)
+      call improve(is_rough(curve), hill%weights, problem%shear, mode, flow, slope, flow_bend, &
+                   dgamma, x, share, is_done)
       if (is_done) exit
     end do
-    call flow_of_modes(hill, problem%shear, mode, x, plastic)
+    call flow_of_modes(hill, mode, share, x, plastic)
   end subroutine return_to_hill
 
-  !> One step from a plastic strain; is it small enough at all points to be the last?
-  pure subroutine improve(has_corners, shear, q, fall, bend, flow, per_flow, slope, flow_bend, &
-                          dgamma, x, is_done)
-    logical, intent(in) :: has_corners          !! of the flow curve, see `is_rough`
-    real(wp), intent(in) :: shear
-    real(wp), intent(in), dimension(lanes) :: q, fall, bend, flow, per_flow, slope
-    real(wp), intent(in) :: flow_bend(lanes)    !! what the slope of the flow stress loses
-    real(wp), intent(inout), dimension(lanes) :: dgamma, x
-    logical, intent(out) :: is_done
-    real(wp), parameter :: any_strain = 1.0e30_wp
-    real(wp) :: steps(lanes), step, most, change, is_open, n_open
-    integer :: l
-
-    ! Of the squares of the steps as parts of the elastic strain.
-    most = merge(1.0e-20_wp, 2.0e-9_wp, has_corners)
-    most = (2.0_wp*shear)**2/most
-    call halley(q, fall, bend, flow, per_flow, slope, flow_bend, x, steps)
-    n_open = 0.0_wp
-    !$omp simd private(step, change, is_open) reduction(+:n_open)
-    do l = 1, lanes
-      ! Points inside the yield surface have dgamma = 0 and stay there.
-      step = max(min(steps(l), any_strain*dgamma(l)), -0.5_wp*dgamma(l))
-      ! Counted, for a largest value would pass over what is not a number.
-      is_open = 1.0_wp
-      if (most*(step*per_flow(l))**2 <= 1.0_wp .and. q(l) <= huge(step)) is_open = 0.0_wp
-      n_open = n_open + is_open
-      dgamma(l) = dgamma(l) + step
-      ! Over the new flow stress: the series is enough next to the end.
-      change = step*per_flow(l)*(slope(l) - 0.5_wp*flow_bend(l)*step)
-      x(l) = dgamma(l)*per_flow(l)*(1.0_wp - change + change**2)
-    end do
-    is_done = n_open <= 0.0_wp
-  end subroutine improve
-
-  !> Steps of Halley's method, never more than twice those of Newton's: of the function and its
-  !! derivatives by the plastic strain, times q flow; those times q^2 and q^4.
-  pure subroutine halley(q, fall, bend, flow, per_flow, slope, flow_bend, x, step)
-    real(wp), intent(in), dimension(lanes) :: q, fall, bend     !! of `equivalent`
-    real(wp), intent(in), dimension(lanes) :: flow, per_flow, slope   !! flow stress, 1/flow
-    real(wp), intent(in), dimension(lanes) :: flow_bend, x      !! loss of the slope, dgamma/flow
-    real(wp), intent(out) :: step(lanes)
-    real(wp) :: first, second, u, square, over
-    integer :: l
-
-    !$omp simd private(first, second, u, square, over)
-    do l = 1, lanes
-      over = q(l) - flow(l)
-      square = q(l)**2
-      u = 1.0_wp - x(l)*slope(l)
-      first = fall(l)*u + square*q(l)*slope(l)*per_flow(l)
-      second = flow_bend(l) + 2.0_wp*slope(l)**2*per_flow(l)
-      second = bend(l)*u**2 - square*(2.0_wp*fall(l)*slope(l)*u + square*q(l)*second)
-      second = per_flow(l)*second + fall(l)*square*x(l)*flow_bend(l)
-      step(l) = 2.0_wp*over*first*square/max(2.0_wp*first**2 + over*second, first**2, tiny(over))
-    end do
-  end subroutine halley
-
-  !> What `equivalent` finds for x = 0, without a division.
-  pure subroutine equivalent_of_trial(weights, shear, mode, q, fall, bend)
-    real(wp), intent(in) :: weights(5), shear, mode(lanes, 5)
-    real(wp), intent(out), dimension(lanes) :: q, fall, bend
-    real(wp) :: w(5, 3), m1, m2, m3, m4, m5, square
+  !> Equivalent stress q of the trial stress, by how much half of its square falls with x =
+  !! dgamma/flow, and the plastic strain of one step from there.
+  pure subroutine begin(weights, problem, mode, q, fall, dgamma)
+    real(wp), intent(in) :: weights(5), mode(lanes, 5)
+    type(return_problem_t), intent(in) :: problem
+    real(wp), intent(out), dimension(lanes) :: q, fall, dgamma
+    real(wp) :: w(5, 3), m1, m2, m3, m4, m5, square, bend, per_flow, over, first, second
     integer :: l
 
     w(:, 1) = weights
-    w(:, 2) = 2.0_wp*shear*weights*w(:, 1)
-    w(:, 3) = 2.0_wp*shear*weights*w(:, 2)
-    !$omp simd private(m1, m2, m3, m4, m5, square)
+    w(:, 2) = 2.0_wp*problem%shear*weights*w(:, 1)
+    w(:, 3) = 2.0_wp*problem%shear*weights*w(:, 2)
+    !$omp simd private(m1, m2, m3, m4, m5, square, bend, per_flow, over, first, second)
     do l = 1, lanes
       m1 = mode(l, 1)**2; m2 = mode(l, 2)**2; m3 = mode(l, 3)**2; m4 = mode(l, 4)**2
       m5 = mode(l, 5)**2
       square = (w(1, 1)*m1 + w(2, 1)*m2) + (w(3, 1)*m3 + w(4, 1)*m4) + (w(5, 1)*m5 + 1.0e-200_wp)
       q(l) = sqrt(square)
       fall(l) = (w(1, 2)*m1 + w(2, 2)*m2) + (w(3, 2)*m3 + w(4, 2)*m4) + w(5, 2)*m5
-      bend(l) = (w(1, 3)*m1 + w(2, 3)*m2) + (w(3, 3)*m3 + w(4, 3)*m4) + w(5, 3)*m5
-      bend(l) = 3.0_wp*(fall(l)**2 - square*bend(l))
+      bend = (w(1, 3)*m1 + w(2, 3)*m2) + (w(3, 3)*m3 + w(4, 3)*m4) + w(5, 3)*m5
+      bend = 3.0_wp*(fall(l)**2 - square*bend)
+      ! As in `halley`, for x = 0.
+      per_flow = 1.0_wp/problem%flow(l)
+      over = q(l) - problem%flow(l)
+      first = fall(l) + square*q(l)*problem%slope(l)*per_flow
+      second = per_flow*(bend - 2.0_wp*square*problem%slope(l)*first)
+      dgamma(l) = max(2.0_wp*over*first*square/max(2.0_wp*first**2 + over*second, first**2, &
+                                                   tiny(over)), 0.0_wp)
     end do
-  end subroutine equivalent_of_trial
+  end subroutine begin
 
-  !> Equivalent stress q of modes over 1 + 2G weight x, by how much half of its square falls with x,
-  !! and the second derivative of 1/q by x, times q^5. All divisors by one division.
-  pure subroutine equivalent(weights, shear, mode, x, q, fall, bend)
-    real(wp), intent(in) :: weights(5), shear, mode(lanes, 5), x(lanes)
-    real(wp), intent(out), dimension(lanes) :: q, fall, bend
-    real(wp) :: d1, d2, d3, d4, d5, p1, p2, p3, p4, p5, square
+  !> One step from a plastic strain; is it small enough at all points to be the last? All divisors
+  !! of the modes by one division.
+  pure subroutine improve(has_corners, weights, shear, mode, flow, slope, flow_bend, dgamma, x, &
+                          share, is_done)
+    logical, intent(in) :: has_corners             !! of the flow curve, see `is_rough`
+    real(wp), intent(in) :: weights(5), shear, mode(lanes, 5)
+    real(wp), intent(in), dimension(lanes) :: flow, slope
+    real(wp), intent(in) :: flow_bend(lanes)       !! what the slope of the flow stress loses
+    real(wp), intent(inout) :: dgamma(lanes)
+    real(wp), intent(out) :: x(lanes)              !! dgamma/flow after the step
+    real(wp), intent(out) :: share(lanes, 5)       !! what is left of each mode then
+    logical, intent(out) :: is_done
+    real(wp), parameter :: any_strain = 1.0e30_wp
+    real(wp) :: d1, d2, d3, d4, d5, p1, p2, p3, p4, p5, square, q, fall, bend, per_flow, old
+    real(wp) :: step, most, change, is_open, n_open
     integer :: l
 
+    ! Of the squares of the steps as parts of the elastic strain.
+    most = merge(1.0e-20_wp, 2.0e-9_wp, has_corners)
+    most = (2.0_wp*shear)**2/most
+    n_open = 0.0_wp
     associate (w => weights, c => 2.0_wp*shear)
-      !$omp simd private(d1, d2, d3, d4, d5, p1, p2, p3, p4, p5, square)
+      !$omp simd private(d1, d2, d3, d4, d5, p1, p2, p3, p4, p5, square, q, fall, bend, per_flow, &
+      !$omp old, step, change, is_open) reduction(+:n_open)
       do l = 1, lanes
-        call find_shares(w, c*x(l), d1, d2, d3, d4, d5)
+        per_flow = 1.0_wp/flow(l)
+        old = dgamma(l)*per_flow
+        call find_shares(w, c*old, d1, d2, d3, d4, d5)
         p1 = w(1)*(mode(l, 1)*d1)**2
         p2 = w(2)*(mode(l, 2)*d2)**2
         p3 = w(3)*(mode(l, 3)*d3)**2
         p4 = w(4)*(mode(l, 4)*d4)**2
         p5 = w(5)*(mode(l, 5)*d5)**2
         square = (p1 + p2) + (p3 + p4) + (p5 + 1.0e-200_wp)
-        q(l) = sqrt(square)
-        d1 = c*w(1)*d1; d2 = c*w(2)*d2; d3 = c*w(3)*d3; d4 = c*w(4)*d4; d5 = c*w(5)*d5
-        p1 = p1*d1; p2 = p2*d2; p3 = p3*d3; p4 = p4*d4; p5 = p5*d5
-        fall(l) = (p1 + p2) + (p3 + p4) + p5
-        bend(l) = 3.0_wp*(fall(l)**2 - square*(p1*d1 + p2*d2 + p3*d3 + p4*d4 + p5*d5))
+        q = sqrt(square)
+        p1 = c*w(1)*d1*p1; p2 = c*w(2)*d2*p2; p3 = c*w(3)*d3*p3; p4 = c*w(4)*d4*p4
+        p5 = c*w(5)*d5*p5
+        fall = (p1 + p2) + (p3 + p4) + p5
+        bend = c*(w(1)*d1*p1 + w(2)*d2*p2 + w(3)*d3*p3 + w(4)*d4*p4 + w(5)*d5*p5)
+        bend = 3.0_wp*(fall**2 - square*bend)
+        step = halley(q, square, fall, bend, flow(l), per_flow, slope(l), flow_bend(l), old)
+        ! Points inside the yield surface have dgamma = 0 and stay there.
+        step = max(min(step, any_strain*dgamma(l)), -0.5_wp*dgamma(l))
+        ! Counted, for a largest value would pass over what is not a number.
+        is_open = 1.0_wp
+        if (most*(step*per_flow)**2 <= 1.0_wp .and. q <= huge(step)) is_open = 0.0_wp
+        n_open = n_open + is_open
+        dgamma(l) = dgamma(l) + step
+        ! Over the new flow stress, and the shares there: series are enough next to the end.
+        change = step*per_flow*(slope(l) - 0.5_wp*flow_bend(l)*step)
+        x(l) = dgamma(l)*per_flow*(1.0_wp - change + change**2)
+        change = c*(x(l) - old)
+        share(l, 1) = share_after(d1, w(1)*change)
+        share(l, 2) = share_after(d2, w(2)*change)
+        share(l, 3) = share_after(d3, w(3)*change)
+        share(l, 4) = share_after(d4, w(4)*change)
+        share(l, 5) = share_after(d5, w(5)*change)
       end do
     end associate
-  end subroutine equivalent
+    is_done = n_open <= 0.0_wp
+  end subroutine improve
+
+  !> What is left of a mode where its divisor has grown by a little: d/(1 + d growth).
+  pure real(wp) function share_after(d, growth)
+    real(wp), intent(in) :: d, growth
+
+    share_after = d*(1.0_wp - d*growth*(1.0_wp - d*growth))
+  end function share_after
+
+  !> A step of Halley's method, never more than twice that of Newton's: of the function and its
+  !! derivatives by the plastic strain, times q flow; those times q^2 and q^4.
+  pure real(wp) function halley(q, square, fall, bend, flow, per_flow, slope, flow_bend, x)
+    real(wp), intent(in) :: q, square           !! equivalent stress, its square
+    real(wp), intent(in) :: fall                !! by how much half of the square falls with x
+    real(wp), intent(in) :: bend                !! second derivative of 1/q by x, times q^5
+    real(wp), intent(in) :: flow, per_flow      !! flow stress, 1/flow
+    real(wp), intent(in) :: slope, flow_bend    !! of the flow stress, and what that loses
+    real(wp), intent(in) :: x                   !! dgamma/flow
+    real(wp) :: first, second, u, over
+
+    over = q - flow
+    u = 1.0_wp - x*slope
+    first = fall*u + square*q*slope*per_flow
+    second = flow_bend + 2.0_wp*slope**2*per_flow
+    second = bend*u**2 - square*(2.0_wp*fall*slope*u + square*q*second)
+    second = per_flow*second + fall*square*x*flow_bend
+    halley = 2.0_wp*over*first*square/max(2.0_wp*first**2 + over*second, first**2, tiny(over))
+  end function halley
 
   !> What is left of each mode.
   pure subroutine find_shares(w, y, d1, d2, d3, d4, d5)
@@ -207,23 +205,22 @@ contains
   end subroutine into_modes
 
   !> Plastic strain, along the normal at what is left.
-  pure subroutine flow_of_modes(hill, shear, mode, x, plastic)
+  pure subroutine flow_of_modes(hill, mode, share, x, plastic)
     type(quadratic_t), intent(in) :: hill
-    real(wp), intent(in) :: shear, mode(lanes, 5), x(lanes)
+    real(wp), intent(in) :: mode(lanes, 5), share(lanes, 5), x(lanes)
     real(wp), intent(out) :: plastic(lanes, 5)
-    real(wp) :: d1, d2, d3, d4, d5
+    real(wp) :: d1, d2
     integer :: l
 
-    !$omp simd private(d1, d2, d3, d4, d5)
+    !$omp simd private(d1, d2)
     do l = 1, lanes
-      call find_shares(hill%weights, 2.0_wp*shear*x(l), d1, d2, d3, d4, d5)
-      d1 = x(l)*hill%weights(1)*mode(l, 1)*d1
-      d2 = x(l)*hill%weights(2)*mode(l, 2)*d2
+      d1 = x(l)*hill%weights(1)*mode(l, 1)*share(l, 1)
+      d2 = x(l)*hill%weights(2)*mode(l, 2)*share(l, 2)
       plastic(l, 1) = hill%modes(1, 1)*d1 + hill%modes(1, 2)*d2
       plastic(l, 2) = hill%modes(2, 1)*d1 + hill%modes(2, 2)*d2
-      plastic(l, 3) = x(l)*hill%weights(3)*mode(l, 3)*d3
-      plastic(l, 4) = x(l)*hill%weights(4)*mode(l, 4)*d4
-      plastic(l, 5) = x(l)*hill%weights(5)*mode(l, 5)*d5
+      plastic(l, 3) = x(l)*hill%weights(3)*mode(l, 3)*share(l, 3)
+      plastic(l, 4) = x(l)*hill%weights(4)*mode(l, 4)*share(l, 4)
+      plastic(l, 5) = x(l)*hill%weights(5)*mode(l, 5)*share(l, 5)
     end do
   end subroutine flow_of_modes
 

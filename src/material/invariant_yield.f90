@@ -18,7 +18,7 @@ module invariant_yield
   use deviator_lanes, only: lanes, width
   use power_sums, only: n_arguments, n_packed, most_of_two, inverse_factorials, find_series, &
                         contract_values, contract_slopes, contract_curvatures
-  use argument_products, only: combine, add_products
+  use argument_products, only: combine, set_products
   use row_functions, only: power_row, inverse_root
   implicit none
   private
@@ -130,9 +130,12 @@ contains
       call combine(b, n, [1, 2, 3, 4, 5], slope, by_stress, gradient)
     end do
     if (present(hessian)) then
-      call add_bends(yield, inverse, slope, x, hessian)
       do b = 1, lanes, width
-        call add_products(b, n, curvature, by_stress, hessian)
+        call set_products(b, n, curvature, by_stress, hessian)
+      end do
+      do k = 1, yield%n
+        call add_bends(yield%transforms(k), inverse, slope(:, 2*k - 1), slope(:, 2*k), &
+                       x(:, :, k), hessian)
       end do
     end if
     !$omp simd
@@ -407,27 +410,8 @@ contains
     end do
   end subroutine sum_powers
 
-  !> Second derivatives of J2 and J3 by the stress, times the slopes by those.
-  pure subroutine add_bends(yield, inverse, slope, x, hessian)
-    type(invariant_yield_t), intent(in) :: yield
-    real(wp), intent(in) :: inverse(lanes), slope(lanes, n_arguments), x(lanes, 5, 2)
-    real(wp), intent(out) :: hessian(lanes, 15)
-    integer :: k, l
-
-    do k = 1, 15
-      !$omp simd
-      do l = 1, lanes
-        hessian(l, k) = 0.0_wp
-      end do
-    end do
-    do k = 1, yield%n
-      call add_bend(yield%transforms(k), inverse, slope(:, 2*k - 1), slope(:, 2*k), x(:, :, k), &
-                    hessian)
-    end do
-  end subroutine add_bends
-
-  !> Those of one transform.
-  pure subroutine add_bend(a, inverse, by_j2, by_j3, x, hessian)
+  !> Second derivatives of J2 and J3 of a transform by the stress, times the slopes by those.
+  pure subroutine add_bends(a, inverse, by_j2, by_j3, x, hessian)
     type(transform_t), intent(in) :: a
     real(wp), intent(in) :: inverse(lanes), by_j2(lanes), by_j3(lanes), x(lanes, 5)
     real(wp), intent(inout) :: hessian(lanes, 15)
@@ -457,6 +441,6 @@ contains
       hessian(l, 15) = hessian(l, 15) + d*a%of_j2(6) &
                        - (x1*(1.0_wp/root2) + x2*(1.0_wp/root6))*a%shears(6)
     end do
-  end subroutine add_bend
+  end subroutine add_bends
 
 end module invariant_yield

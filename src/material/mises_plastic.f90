@@ -83,7 +83,7 @@ contains
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok .or. .not. (self%back%n > 0 .or. worst > self%lowest .or. self%is_awake)) return
-    if (has_rate(self%curve) .or. is_steep(self%curve)) then
+    if (has_rate(self%curve)) then
       guess = equivalent_strain(n, dstrain)
     else
       guess = 0.0_wp
@@ -324,8 +324,7 @@ contains
     real(wp) :: guess(n), factor(n), dgamma(n), back(n, 3, self%back%n)
 
     guess = 0.0_wp
-    if (has_rate(self%curve) .or. is_steep(self%curve)) &
-      guess = equivalent_strain(n, in_space(n, dstrain))
+    if (has_rate(self%curve)) guess = equivalent_strain(n, in_space(n, dstrain))
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     call plane_back_stresses(n, self%back%n, state(:, 2:), back)
     call find_plane_flow(self%curve, self%back, moduli, n, dt, state(:, 1), factor, guess, modes, &

@@ -12,8 +12,6 @@ module return_problem
     real(wp) :: guess(lanes)                    !! of the plastic strain, see `begin_at`
     real(wp) :: trial(lanes, 5)                 !! stress
     real(wp) :: outset(lanes, 5)                !! relative stress whose direction is the start
-    real(wp) :: excess(lanes)                   !! of the relative trial stress: `find_excess`
-    real(wp) :: flows(lanes)                    !! 1 where it lies outside the yield surface, else 0
     real(wp) :: shear                           !! [stress]
     real(wp) :: dt                              !! [time]
   end type return_problem_t

@@ -331,13 +331,13 @@ contains
 
   !> Rotation of a row from space into the axes of the material: entry (i, j), the component j of
   !! axis i, at 3 (i - 1) + j.
-  pure subroutine axes_rotation(n, axes, quaternion, rotation)
-    integer, intent(in) :: n
+  pure subroutine axes_rotation(n, n_row, axes, is_turned, quaternion, rotation)
+    integer, intent(in) :: n                   !! points
+    integer, intent(in) :: n_row               !! of the row that they are part of
     real(wp), intent(in) :: axes(3, 3)         !! at the start, as columns
-    real(wp), intent(in) :: quaternion(n, 4)
+    logical, intent(in) :: is_turned           !! those are not the axes of space
+    real(wp), intent(in) :: quaternion(n_row, *)
     real(wp), intent(out) :: rotation(n, 9)
-    real(wp), parameter :: of_space(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
-                                                     0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
     real(wp) :: w, v1, v2, v3
     integer :: l
 
@@ -355,7 +355,7 @@ contains
       rotation(l, 8) = 2.0_wp*(v2*v3 - w*v1)
       rotation(l, 9) = 1.0_wp - 2.0_wp*(v1*v1 + v2*v2)
     end do
-    if (any(abs(axes - of_space) > 0.0_wp)) call begin_from_axes(n, axes, rotation)
+    if (is_turned) call begin_from_axes(n, axes, rotation)
   end subroutine axes_rotation
 
   !> Rotations as those of axes that were not those of space at the start.

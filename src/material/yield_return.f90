@@ -18,7 +18,7 @@ module yield_return
   use flow_curve, only: flow_curve_t, flow_after, is_rough, is_steep
   use return_problem, only: return_problem_t
   use consistency, only: solve_consistency
-  use yield_function, only: yield_function_t, evaluate_yield
+  use yield_function, only: yield_function_t, evaluate_yield, find_excess
   use hardening, only: back_stresses_t
   implicit none
   private
@@ -66,20 +66,24 @@ contains
     integer, parameter :: counts(4) = [1, 5, 25, 125]
     type(iterate_t) :: now
     type(search_t) :: search
-    real(wp), dimension(lanes) :: first, level, left, good
+    real(wp), dimension(lanes) :: first, level, left, good, reach, resistance
     integer :: attempt, i, l
 
     !$omp simd
     do l = 1, lanes
-      left(l) = problem%flows(l)
-      good(l) = left(l)
+      now%dgamma(l) = 0.0_wp
       dgamma(l) = 0.0_wp
     end do
+    plastic = 0.0_wp
+    call move_trial(kinematic, problem, back, now%dgamma, now%moved)
+    call find_flowing(yield, problem, now, left, reach, resistance, ok)
+    if (.not. (ok .and. sum(left) > 0.0_wp)) return
+    good = left
     do attempt = 1, size(counts)
       do i = 1, counts(attempt)
         if (i == 1) then
-          call start(curve, yield, kinematic, problem, back, counts(attempt), left, first, level, &
-                     now)
+          call start(curve, yield, kinematic, problem, back, counts(attempt), left, reach, &
+                     resistance, level, first, now)
         else
           level = level_at(i, counts(attempt), first, problem%flow)
           call evaluate(curve, yield, kinematic, problem, back, .true., now)
@@ -89,7 +93,7 @@ contains
         good = good*(1.0_wp - search%open)
       end do
       if (kinematic%n > 0) call move_trial(kinematic, problem, back, now%dgamma, now%moved)
-      call keep(attempt == 1, good, now, plastic, dgamma)
+      call keep(good, now, plastic, dgamma)
       left = left*(1.0_wp - good)
       ok = .not. sum(left) > 0.0_wp
       if (ok) exit
@@ -99,8 +103,7 @@ contains
   end subroutine return_to_yield
 
   !> Keep the plastic strain of some points, which is that of a strain without residual.
-  pure subroutine keep(is_first, good, now, plastic, dgamma)
-    logical, intent(in) :: is_first       !! the others have none yet
+  pure subroutine keep(good, now, plastic, dgamma)
     real(wp), intent(in) :: good(lanes)
     type(iterate_t), intent(in) :: now
     real(wp), intent(inout) :: plastic(lanes, 5), dgamma(lanes)
@@ -113,12 +116,6 @@ contains
       inverse(l) = 1.0_wp/now%moved%stiffness(l)
     end do
     do i = 1, 5
-      if (is_first) then
-        !$omp simd
-        do l = 1, lanes
-          plastic(l, i) = 0.0_wp
-        end do
-      end if
       !$omp simd
       do l = 1, lanes
         plastic(l, i) = merge(inverse(l)*(now%moved%stress(l, i) - now%stress(l, i)), &
@@ -197,36 +194,95 @@ contains
     level_at = lowest*((1.0_wp + first/lowest)**(real(n - i, wp)/n) - 1.0_wp)
   end function level_at
 
+  !> Which points flow, and what the tangent plane at the outset tells of those; `now` begins with
+  !! no plastic strain. The yield function of the trial stress is never below that plane, so that
+  !! under continued loading its own value is not asked for.
+  pure subroutine find_flowing(yield, problem, now, flows, reach, resistance, ok)
+    type(yield_function_t), intent(in) :: yield
+    type(return_problem_t), intent(in) :: problem
+    type(iterate_t), intent(inout) :: now        !! evaluated at the outset if any point flows
+    real(wp), intent(out) :: flows(lanes)        !! 1: outside the yield surface, 0: not
+    real(wp), intent(out), dimension(lanes) :: reach, resistance   !! see `look_ahead`
+    logical, intent(out) :: ok                   !! the trial stresses are numbers
+    real(wp) :: excess(lanes), n_flowing
+    logical :: is_loading
+    integer :: l
+
+    call compare_lengths(problem%outset, now%moved%stress, is_loading, ok)
+    if (.not. ok) return
+    if (is_loading) then
+      call evaluate_yield(yield, problem%outset, now%q, now%gradient, now%hessian)
+      call look_ahead(problem%shear, now%gradient, now%moved, reach, resistance)
+      n_flowing = 0.0_wp
+      !$omp simd reduction(+:n_flowing)
+      do l = 1, lanes
+        flows(l) = merge(1.0_wp, 0.0_wp, reach(l) > problem%flow(l))
+        n_flowing = n_flowing + flows(l)
+      end do
+      if (.not. n_flowing < lanes) return
+    end if
+    call find_excess(yield, now%moved%stress, problem%flow, excess)
+    n_flowing = 0.0_wp
+    !$omp simd reduction(+:n_flowing)
+    do l = 1, lanes
+      flows(l) = merge(1.0_wp, 0.0_wp, excess(l) > 0.0_wp)
+      n_flowing = n_flowing + flows(l)
+    end do
+    if (is_loading .or. .not. n_flowing > 0.0_wp) return
+    call evaluate_yield(yield, problem%outset, now%q, now%gradient, now%hessian)
+    call look_ahead(problem%shear, now%gradient, now%moved, reach, resistance)
+  end subroutine find_flowing
+
+  !> Are more than half of these stresses longer than before, and are all of them numbers?
+  pure subroutine compare_lengths(before, after, most_grow, are_numbers)
+    real(wp), intent(in), dimension(lanes, 5) :: before, after
+    logical, intent(out) :: most_grow, are_numbers
+    real(wp) :: n_longer, total, square
+    integer :: l
+
+    n_longer = 0.0_wp
+    total = 0.0_wp
+    !$omp simd private(square) reduction(+:n_longer, total)
+    do l = 1, lanes
+      square = after(l, 1)**2 + after(l, 2)**2 + after(l, 3)**2 + after(l, 4)**2 + after(l, 5)**2
+      total = total + square
+      n_longer = n_longer + merge(1.0_wp, 0.0_wp, square > before(l, 1)**2 + before(l, 2)**2 &
+                                  + before(l, 3)**2 + before(l, 4)**2 + before(l, 5)**2)
+    end do
+    most_grow = n_longer > 0.5_wp*lanes
+    are_numbers = total <= huge(total)
+  end subroutine compare_lengths
+
   !> Start at the yield surface, raised by a level, in the direction of the stress at the outset.
   !! The gradient there tells from a tangent plane how much plastic strain there will be, never too
   !! much. Where it tells little, the start is in the direction of the trial stress.
-  pure subroutine start(curve, yield, kinematic, problem, back, n_levels, left, first, level, now)
+  pure subroutine start(curve, yield, kinematic, problem, back, n_levels, left, reach, resistance, &
+                        level, first, now)
     type(flow_curve_t), intent(in) :: curve
     type(yield_function_t), intent(in) :: yield
     type(back_stresses_t), intent(in) :: kinematic
     type(return_problem_t), intent(inout) :: problem
     real(wp), intent(in) :: back(:, :, :), left(lanes)
     integer, intent(in) :: n_levels              !! 1: from the outset, else from the trial stress
-    real(wp), intent(out) :: first(lanes)        !! residual of the tangent plane
+    real(wp), intent(inout), dimension(lanes) :: reach, resistance   !! of `look_ahead`
     real(wp), intent(out) :: level(lanes)        !! the first of the levels
-    type(iterate_t), intent(inout) :: now
-    real(wp), dimension(lanes) :: reach, resistance, poor, bend, far
+    real(wp), intent(out) :: first(lanes)        !! residual of the tangent plane
+    type(iterate_t), intent(inout) :: now        !! from `find_flowing` for one level
+    real(wp), dimension(lanes) :: poor, bend, far
     real(wp) :: n_poor
     logical :: ok
     integer :: i, l
 
-    !$omp simd
-    do l = 1, lanes
-      now%dgamma(l) = 0.0_wp
-      poor(l) = 1.0_wp
-      level(l) = 0.0_wp
-    end do
-    call move_trial(kinematic, problem, back, now%dgamma, now%moved)
-    n_poor = 1.0_wp
     if (n_levels == 1) then
-      call evaluate_yield(yield, problem%outset, now%q, now%gradient, now%hessian)
-      call look_ahead(problem%shear, now%gradient, now%moved, reach, resistance)
-      call find_poor(problem, reach, left, poor, n_poor)
+      call find_poor(problem, now, reach, left, poor, n_poor)
+    else
+      !$omp simd
+      do l = 1, lanes
+        now%dgamma(l) = 0.0_wp
+        poor(l) = 1.0_wp
+      end do
+      n_poor = lanes
+      call move_trial(kinematic, problem, back, now%dgamma, now%moved)
     end if
     if (n_poor > 0.0_wp) then
       do i = 1, 5
@@ -242,6 +298,7 @@ contains
     !$omp simd
     do l = 1, lanes
       first(l) = max(reach(l) - problem%flow(l), 0.0_wp)
+      level(l) = 0.0_wp
     end do
     if (n_levels > 1) level = level_at(1, n_levels, first, problem%flow)
     !$omp simd
@@ -259,21 +316,33 @@ contains
     if (kinematic%n > 0) call move_trial(kinematic, problem, back, now%dgamma, now%moved)
   end subroutine start
 
-  !> Where a tangent plane tells less than part of what the excess promises at most.
-  pure subroutine find_poor(problem, reach, left, poor, n_poor)
+  !> Where a tangent plane tells less than two thirds of the way to the trial stress t. The rest is
+  !! t.H.t/2 over the ratio of both sizes, for the Hessian H has no part along the stress where it
+  !! was found.
+  pure subroutine find_poor(problem, now, reach, left, poor, n_poor)
     type(return_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
     real(wp), intent(in) :: reach(lanes), left(lanes)
     real(wp), intent(out) :: poor(lanes), n_poor
-    real(wp), parameter :: enough = 0.5_wp
+    real(wp) :: rest
     integer :: l
 
     n_poor = 0.0_wp
-    !$omp simd reduction(+:n_poor)
-    do l = 1, lanes
-      poor(l) = merge(0.0_wp, left(l), reach(l) - problem%flow(l) &
-                                       > enough*problem%excess(l)*problem%flow(l))
-      n_poor = n_poor + poor(l)
-    end do
+    associate (t => now%moved%stress, h => now%hessian)
+      !$omp simd private(rest) reduction(+:n_poor)
+      do l = 1, lanes
+        rest = t(l, 1)*(0.5_wp*h(l, 1)*t(l, 1) + h(l, 2)*t(l, 2) + h(l, 4)*t(l, 3) &
+                         + h(l, 7)*t(l, 4) + h(l, 11)*t(l, 5)) &
+                + t(l, 2)*(0.5_wp*h(l, 3)*t(l, 2) + h(l, 5)*t(l, 3) + h(l, 8)*t(l, 4) &
+                           + h(l, 12)*t(l, 5)) &
+                + t(l, 3)*(0.5_wp*h(l, 6)*t(l, 3) + h(l, 9)*t(l, 4) + h(l, 13)*t(l, 5)) &
+                + t(l, 4)*(0.5_wp*h(l, 10)*t(l, 4) + h(l, 14)*t(l, 5)) &
+                + 0.5_wp*h(l, 15)*t(l, 5)**2
+        poor(l) = merge(0.0_wp, left(l), reach(l) > problem%flow(l) .and. &
+                        reach(l)*(reach(l) - problem%flow(l)) > 2.0_wp*rest*now%q(l))
+        n_poor = n_poor + poor(l)
+      end do
+    end associate
   end subroutine find_poor
 
   !> Yield function of the trial stress by the tangent plane of a gradient, and by how much it falls
@@ -550,7 +619,8 @@ contains
     real(wp), intent(out) :: plastic(lanes, 5), dgamma(lanes)
     type(moving_trial_t) :: moved
     real(wp) :: gradient(lanes, 5), relative(lanes, 5)
-    real(wp), dimension(lanes) :: q, flow, slope, step, first, reach, resistance, zero, bend, far
+    real(wp), dimension(lanes) :: q, flow, slope, step, first, flows, reach, resistance
+    real(wp), dimension(lanes) :: zero, bend, far
     real(wp) :: share
     integer :: i, l, stage
     logical :: ok
@@ -570,7 +640,11 @@ contains
       end do
       call evaluate_yield(yield, relative, q, gradient)
       call look_ahead(-huge(share), gradient, moved, reach, resistance)
-      if (stage == 1) first = q - flow
+      if (stage == 1) then
+        first = q - flow
+        flows = merge(1.0_wp, 0.0_wp, first > 0.0_wp)
+        if (.not. sum(flows) > 0.0_wp) return
+      end if
       share = real(n_stages - stage, wp)/n_stages
       !$omp simd
       do l = 1, lanes
@@ -583,7 +657,7 @@ contains
       end if
       !$omp simd
       do l = 1, lanes
-        step(l) = problem%flows(l)*step(l)
+        step(l) = flows(l)*step(l)
         dgamma(l) = dgamma(l) + step(l)
       end do
       do i = 1, 5
