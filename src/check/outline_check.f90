@@ -21,7 +21,7 @@ module outline_check
 contains
 
   !> Warn of supports, loads and history points that lie outside of a trim by more than the tools
-  !! may carry the sheet. What is nearer the run tells when it trims.
+  !! may carry the sheet to it. What is nearer the run tells when it trims.
   subroutine check_trims(scene, model, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -34,7 +34,8 @@ contains
     do t = 1, size(model%trims)
       associate (trim => model%trims(t))
         if (trim%step <= 1) cycle
-        reach = way_before(scene, trim%step)
+        reach = 0.0_wp
+        if (.not. trim%is_flat) reach = way_before(scene, trim%step)
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)

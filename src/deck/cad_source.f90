@@ -2,7 +2,7 @@
 !! how such files count to the deck.
 module cad_source
   use kinds, only: wp
-  use text, only: string_t, squeezed, upper_case
+  use text, only: string_t, squeezed, upper_case, lower_case
   use checksum, only: file_checksum
   use text_file, only: read_whole_file
   use iges_global, only: unit_in_mm
@@ -11,7 +11,7 @@ module cad_source
   implicit none
   private
 
-  public :: add_source, is_for_converter, deck_unit, entries_of
+  public :: add_source, ending_of, is_for_converter, is_mesh, deck_unit, entries_of
 
 contains
 
@@ -26,6 +26,21 @@ contains
     scene%sums = [scene%sums, sum]
     scene%text = scene%text//"** file "//file%value//", checksum "//sum%value//new_line("a")
   end subroutine add_source
+
+  !> What follows the last point of a path, in small letters.
+  pure function ending_of(path) result(ending)
+    character(*), intent(in) :: path
+    character(:), allocatable :: ending
+
+    ending = lower_case(path(index(path, ".", back=.true.) + 1:))
+  end function ending_of
+
+  !> Is a file, by its name, a mesh of facets?
+  pure logical function is_mesh(path)
+    character(*), intent(in) :: path
+
+    is_mesh = any(ending_of(path) == [character(3) :: "stl", "obj", "ply", "off", "3mf"])
+  end function is_mesh
 
   !> Is a file, by its first bytes, STEP (ISO 10303-21) or BREP of OpenCASCADE?
   logical function is_for_converter(path)

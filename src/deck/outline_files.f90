@@ -11,7 +11,7 @@ module outline_files
   use iges_selection, only: iges_request_t
   use scene, only: scene_t, outline_spec_t
   use deck_records, only: record_t, option_text, is_option_given
-  use cad_source, only: add_source, is_for_converter, deck_unit
+  use cad_source, only: add_source, ending_of, is_for_converter, deck_unit
   use outline_curves, only: corners_t, end_curve, add_corner
   implicit none
   private
@@ -55,13 +55,6 @@ contains
     end select
     call add_source(scene, file)
   end subroutine read_outline_file
-
-  pure function ending_of(path) result(ending)
-    character(*), intent(in) :: path
-    character(:), allocatable :: ending
-
-    ending = lower_case(path(index(path, ".", back=.true.) + 1:))
-  end function ending_of
 
   subroutine refuse_kind(path, record, errors)
     character(*), intent(in) :: path

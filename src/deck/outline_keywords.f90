@@ -37,7 +37,10 @@ contains
       associate (record => deck%records(found(i)), outline => outlines(i))
         outline%origin = record%origin
         outline%step = 0
-        if (i > n) outline%step = step_of(record%step)
+        if (i > n) then
+          outline%step = step_of(record%step)
+          outline%is_flat = option_text(record, "SHEET") == "FLAT"
+        end if
         outline%name = option_text(record, "NAME")
         outline%is_outside = option_text(record, "KEEP") == "OUTSIDE"
         outline%axis = index("XYZ", option_text(record, "DIRECTION"))

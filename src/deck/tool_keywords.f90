@@ -16,7 +16,7 @@ module tool_keywords
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, field_real, &
                           is_option_given, record_t, field_integer, deck_context_t, patch_parts_t, &
                           resolve_option, deck_names_t, resolve, field_vector
-  use cad_source, only: add_source, is_for_converter, deck_unit, entries_of
+  use cad_source, only: add_source, is_for_converter, is_mesh, deck_unit, entries_of
   use patch_keywords, only: check_parts, read_axes, read_points, refine
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use surface_trim, only: trim_t, new_trim, is_inside, place_in_spans
@@ -274,6 +274,12 @@ contains
       call add_error(errors, record%origin, "`"//request%path//"`, a STEP or BREP file", &
                      "the IGES file that `python -m post cad "//request%path// &
                      " --out NAME.igs` makes of it")
+      return
+    end if
+    if (is_mesh(request%path)) then
+      call add_error(errors, record%origin, "`"//request%path//"`, a mesh, whose facets have "// &
+                     "no curvature", "an IGES file of surfaces, or a STEP file for "// &
+                     "`python -m post cad`")
       return
     end if
     call read_iges(request, tool%surfaces, tool%notes, errors)

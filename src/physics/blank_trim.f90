@@ -1,5 +1,5 @@
 !> Cut the blank along curves that are projected onto it along an axis of space: as its outline at
-!! the start, or as it lies at the start of a step.
+!! the start, or at the start of a step, as it lies then or as it was before the run.
 module blank_trim
   use kinds, only: wp
   use failure, only: error_t, fail
@@ -25,6 +25,7 @@ module blank_trim
     integer :: step = 0                       !! of the deck; 0: before the run
     integer :: axis = 3                       !! of the projection: 1 x, 2 y, 3 z
     logical :: is_outside = .false.           !! what lies outside of the polygons stays
+    logical :: is_flat = .false.              !! they lie on the sheet as it was before the run
     type(polygon_t), allocatable :: polygons(:)   !! by the two other axes, in cyclic order [length]
   end type trim_t
 
@@ -44,7 +45,7 @@ contains
 
     associate (element => blank%parts(1)%element)
       do p = 1, size(polygons)
-        call project(element, trim%axis, trim%polygons(p)%corners, polygons(p)%corners, error)
+        call project(element, trim, trim%polygons(p)%corners, polygons(p)%corners, error)
         if (.not. allocated(error) .and. trim%step == 0) &
           call check_reach(element, trim, polygons(p)%corners, error)
         if (allocated(error)) return
@@ -104,9 +105,9 @@ contains
 
   !> Parameters of the places on the mid-surface that lie over a polygon, whose edges are taken in
   !! pieces shorter than elements. Beyond the edges of the sheet its surface goes on straight.
-  subroutine project(element, axis, corners, places, error)
+  subroutine project(element, trim, corners, places, error)
     class(element_t), intent(in) :: element
-    integer, intent(in) :: axis
+    type(trim_t), intent(in) :: trim
     real(wp), intent(in) :: corners(:, :)
     real(wp), allocatable, intent(inout) :: places(:, :)
     type(error_t), allocatable, intent(out) :: error
@@ -116,12 +117,12 @@ contains
     integer :: i, plane(2)
 
     sheet = element%grid
-    sheet%points = filled_points(element)
+    if (.not. trim%is_flat) sheet%points = filled_points(element)
     sheet = mid_surface(sheet)
     surface%axes = sheet%axes(:2)
     surface%weights = sheet%weights(:, :, 1)
     surface%points = sheet%points(:, :, 1, :)
-    plane = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1]
+    plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
     extent = maxval([(maxval(surface%points(:, :, plane(i))) - minval(surface%points(:, :, &
                       plane(i))), i=1, 2)])
     call project_pieces(surface, element, plane, extent, &

@@ -264,6 +264,7 @@ contains
         trim%step = spec%step
         trim%axis = spec%axis
         trim%is_outside = spec%is_outside
+        trim%is_flat = spec%is_flat
         trim%polygons = spec%polygons
         if (spec%step > 1) then   ! at time 0 the sheet lies as it is
           call refuse_fixed_loads(scene, spec%step, spec%origin, errors)
