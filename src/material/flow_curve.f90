@@ -18,7 +18,8 @@ module flow_curve
   implicit none
   private
 
-  public :: set_rate_factor, flow_at, flow_after, is_steep, is_rough, has_rate, lowest_flow
+  public :: set_rate_factor, flow_at, flow_after, is_steep, is_rough, has_rate, has_corners, &
+            lowest_flow
   public :: set_heating, thermal_factor, heat_up
 
   !> Constants of the heating; nothing happens unless it is active.
@@ -89,6 +90,14 @@ contains
 
     is_rough = is_steep(curve) .or. has_rate(curve) .or. allocated(curve%hardening%strains)
   end function is_rough
+
+  !> Does the slope of the flow stress jump somewhere: between the points of a table, or at a
+  !! reference rate?
+  elemental logical function has_corners(curve)
+    type(flow_curve_t), intent(in) :: curve
+
+    has_corners = allocated(curve%hardening%strains) .or. curve%rate_kind == johnson_cook
+  end function has_corners
 
   !> Does the flow stress depend on the plastic strain rate?
   elemental logical function has_rate(curve)

@@ -202,7 +202,8 @@ contains
       norm = norm - flow
       fall = fall + slope
       bend = curvature + bend
-      call advance(n, iteration, first, norm, fall, bend, reach, low, high, last, dgamma, ok)
+      call advance(self%curve, n, iteration, first, norm, fall, bend, reach, low, high, last, &
+                   dgamma, ok)
       if (ok) exit
     end do
     call flow_relative(n, shear3, self%back, dgamma, stress, back, norm)

@@ -112,8 +112,8 @@ contains
       call evaluate(kinematic, moduli, n, modes, back, dgamma, flow, slope, bend, residual, fall, &
                     curvature)
       before = dgamma
-      call advance(n, iteration, whole, residual, fall, curvature, reach, low, high, last, dgamma, &
-                   ok)
+      call advance(curve, n, iteration, whole, residual, fall, curvature, reach, low, high, last, &
+                   dgamma, ok)
       if (ok) exit
     end do
     before = dgamma - before

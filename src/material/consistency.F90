@@ -2,7 +2,7 @@
 !! q - k dgamma = flow(dgamma), for a row of points.
 module consistency
   use kinds, only: wp
-  use flow_curve, only: flow_curve_t, flow_at, flow_after, is_steep, has_rate
+  use flow_curve, only: flow_curve_t, flow_at, flow_after, is_steep, has_rate, has_corners
   implicit none
   private
 
@@ -55,7 +55,7 @@ contains
         flow(l) = q(l) - stiffness(l)*dgamma(l) - flow(l)
         slope(l) = stiffness(l) + slope(l)
       end do
-      call advance(n, iteration, q, flow, slope, bend, reach, low, high, last, dgamma, ok)
+      call advance(curve, n, iteration, q, flow, slope, bend, reach, low, high, last, dgamma, ok)
       if (ok) exit
     end do
   end subroutine solve_consistency
@@ -95,8 +95,9 @@ contains
   !! A step is the last if its square leaves less than the tolerance. What a step has left shows
   !! in the next residual and falls with its square at least, so that the second step is mostly the
   !! last one. Points with less than the tolerance are left alone.
-  pure subroutine advance(n, iteration, q, residual, fall, bend, reach, low, high, last, dgamma, &
-                          is_done)
+  pure subroutine advance(curve, n, iteration, q, residual, fall, bend, reach, low, high, last, &
+                          dgamma, is_done)
+    type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n, iteration           !! of the steps, from 1
     real(wp), intent(in), dimension(n) :: q       !! of which the tolerance is a part [stress]
     real(wp), intent(in), dimension(n) :: residual, fall, bend   !! and its first two derivatives
@@ -104,44 +105,26 @@ contains
     real(wp), intent(inout), dimension(n) :: low, high, dgamma   !! bracket, high = 0: inactive
     real(wp), intent(inout), dimension(n) :: last !! square of the last step, 0 at first
     logical, intent(out) :: is_done               !! all points
-    integer, parameter :: most_newton = 30
-    real(wp) :: step, next, left, is_open, n_open, per_fall, halve, allowed, lower, upper
-    integer :: l
 
-    halve = merge(1.0_wp, 0.0_wp, iteration > most_newton)
-    n_open = 0.0_wp
-    !$omp simd private(step, next, left, is_open, per_fall, allowed, lower, upper) &
-    !$omp reduction(+:n_open)
-    do l = 1, n
-      lower = low(l)
-      upper = high(l)
-      if (residual(l) > 0.0_wp) lower = dgamma(l)
-      if (residual(l) < 0.0_wp) upper = min(dgamma(l), upper)
-      allowed = tolerance*q(l)
-      per_fall = 1.0_wp/fall(l)
-      step = residual(l)*per_fall
-      step = step*(1.0_wp + max(-0.25_wp, min(0.5_wp*bend(l)*step*per_fall, 0.25_wp)))
-      next = min(dgamma(l) + step, upper)
-      if (next <= lower .or. halve > 0.0_wp) next = 0.5_wp*(lower + upper)
-      if (abs(residual(l)) <= allowed) next = dgamma(l)
-      step = next - dgamma(l)
-      left = abs(residual(l) - fall(l)*step) + 0.5_wp*abs(bend(l))*step*step - allowed
-      if (last(l) > 0.0_wp) left = min(left, abs(residual(l))*step*step - allowed*last(l))
-      ! Beyond their reach the derivatives say nothing, and back over a corner neither.
-      if (abs(step) > reach(l)) left = huge(left)
-      if (step < 0.0_wp .and. reach(l) < huge(left)) left = huge(left)
-      if (upper - lower <= 2.0_wp*epsilon(left)*upper) left = 0.0_wp
-      last(l) = step*step
-      dgamma(l) = next
-      low(l) = lower
-      high(l) = upper
-      ! Counted, for a largest value would pass over what is not a number.
-      is_open = 1.0_wp
-      if (left <= 0.0_wp) is_open = 0.0_wp
-      n_open = n_open + is_open
-    end do
-    is_done = n_open <= 0.0_wp
+    if (has_corners(curve)) then
+      call advance_over_corners(n, iteration, q, residual, fall, bend, reach, low, high, last, &
+                                dgamma, is_done)
+    else
+      call advance_smoothly(n, iteration, q, residual, fall, bend, low, high, last, dgamma, is_done)
+    end if
   end subroutine advance
+
+  pure subroutine advance_over_corners(n, iteration, q, residual, fall, bend, reach, low, high, &
+                                       last, dgamma, is_done)
+#define WITH_CORNERS
+#include "bracketed_step.inc"
+#undef WITH_CORNERS
+  end subroutine advance_over_corners
+
+  pure subroutine advance_smoothly(n, iteration, q, residual, fall, bend, low, high, last, dgamma, &
+                                   is_done)
+#include "bracketed_step.inc"
+  end subroutine advance_smoothly
 
   !> The semi-implicit multi-stage scheme: one Newton step for each of the residual levels that
   !! fall evenly from that of the trial stress to zero (R. P. R. Cardoso and O. B. Adetoro,
