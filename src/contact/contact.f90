@@ -22,7 +22,7 @@ module contact
   use pressed_points, only: pressed_points_t, most_points
   use penalty, only: stiffness_from_mass, no_contact, find_pressed_depths, push_points, &
                      contact_damping_t, new_contact_damping, damp_points
-  use friction, only: friction_t, new_friction, apply_friction, note_held
+  use friction, only: friction_t, new_friction, apply_friction, apply_static_friction
   use closest_point, only: hit_t, follow, is_beside, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
   use cell_hierarchy, only: distance_to_leaves
@@ -418,7 +418,6 @@ contains
     type(tile_result_t), intent(inout) :: result
     type(pressed_points_t) :: pressed
     real(wp), dimension(most_points) :: start, depth
-    real(wp) :: before(3, most_points)
     integer :: list(most_points), i
 
     pressed%n = 0
@@ -442,10 +441,12 @@ contains
       if (allocated(contact%damping)) call damp_points(contact%damping, dt, pressed, result%damped)
     end if
     if (allocated(contact%friction)) then
-      if (contact%is_static) before(:, :pressed%n) = &
-        contact%friction%stretch(:, pressed%point(:pressed%n))
-      call apply_friction(contact%friction, pressed, result%energy, result%slip_work)
-      if (contact%is_static) call note_held(contact%friction, pressed, before)
+      if (contact%is_static) then
+        call apply_static_friction(contact%friction, contact%secondary%area, pressed, &
+                                   result%energy, result%slip_work)
+      else
+        call apply_friction(contact%friction, pressed, result%energy, result%slip_work)
+      end if
     end if
     call keep_pressed(contact, start, pressed, result%reaction)
   end subroutine press_due

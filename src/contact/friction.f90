@@ -9,6 +9,9 @@
 !! The first step of a touch counts in part: its spring is stretched by the motion from where the
 !! point met the tool, so that a point that slides fast is held back by mu N from the start.
 !!
+!! In static increments the springs are softer, so that a point slips after a part of the size of its
+!! area, however small the push: else the direction of friction changes from iteration to iteration.
+!!
 !! The work of slip is taken with the mean of the forces before and after, as the balance of energy
 !! counts the work of all forces.
 module friction
@@ -17,7 +20,7 @@ module friction
   implicit none
   private
 
-  public :: friction_t, new_friction, apply_friction, note_held
+  public :: friction_t, new_friction, apply_friction, apply_static_friction
 
   !> Friction of one contact.
   type :: friction_t
@@ -28,6 +31,9 @@ module friction
     real(wp), allocatable :: held(:)         !! part of the motion in the last static increment that
                                              !! stretched the spring, shape (n_points)
   end type friction_t
+
+  real(wp), parameter :: static_slip = 0.01_wp   !! largest stretch in static increments, over the
+                                                 !! root of the area of a point
 
 contains
 
@@ -63,8 +69,36 @@ contains
     end do
   end subroutine apply_friction
 
-  !> Note how much of their motion along the tool has stretched the springs, which had `before`: all
-  !! where a point sticks, less where it slips or has come to the tool on the way.
+  !> The same in a static increment: the motion along the tool counts in part. What it leaves out
+  !! is slip for the balance of energy.
+  pure subroutine apply_static_friction(friction, area, pressed, stored, lost)
+    type(friction_t), intent(inout) :: friction
+    real(wp), intent(in) :: area(:)          !! of all points of the contact [area]
+    type(pressed_points_t), intent(inout) :: pressed
+    real(wp), intent(inout) :: stored, lost
+    real(wp) :: before(3, most_points), rest(3, most_points), part, limit
+    integer :: i
+
+    do i = 1, pressed%n
+      associate (p => pressed%point(i), n => pressed%normal(i, :))
+        before(:, i) = friction%stretch(:, p)
+        limit = friction%coefficient*pressed%push(i)
+        part = min(1.0_wp, limit/(pressed%stiffness(i)*static_slip*sqrt(area(p)) + tiny(limit)))
+        rest(:, i) = (1.0_wp - part)*(pressed%moved(i, :) - dot_product(pressed%moved(i, :), n)*n)
+        pressed%moved(i, :) = pressed%moved(i, :) - rest(:, i)
+      end associate
+    end do
+    call apply_friction(friction, pressed, stored, lost)
+    do i = 1, pressed%n
+      pressed%moved(i, :) = pressed%moved(i, :) + rest(:, i)
+      lost = lost + 0.5_wp*pressed%stiffness(i)*dot_product(before(:, i) &
+             + friction%stretch(:, pressed%point(i)), rest(:, i))
+    end do
+    call note_held(friction, pressed, before)
+  end subroutine apply_static_friction
+
+  !> Note how much of their motion along the tool has stretched the springs, which had `before`: as
+  !! it counts where a point sticks, less where it slips or has come to the tool on the way.
   pure subroutine note_held(friction, pressed, before)
     type(friction_t), intent(inout) :: friction
     type(pressed_points_t), intent(in) :: pressed

@@ -50,7 +50,8 @@ module run_state
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
     integer :: watch_static = 0
     real(wp) :: static_dt = 0.0_wp           !! next increment of a static step
-    real(wp) :: spring_scale = 1.0_wp        !! on the springs that hold a part in its springback
+    real(wp) :: spring_scale = 1.0_wp        !! on the springs that hold a part in its springback,
+                                             !! 0: none do
     logical :: has_buffer = .false.          !! of BLAS, see `sparse_factor_t`
     type(field_t), allocatable :: released(:)  !! forces that a static step ramps down, by patch
     type(field_t), allocatable :: pace(:)      !! velocities of its last increment, by patch

@@ -146,7 +146,7 @@ contains
       self%shift = regular*bending_guess(blank%parts, blank%law)
       self%spring_before = 0.0_wp
       self%spring = 0.0_wp
-      if (.not. (self%has_contact .or. is_loaded)) then
+      if (.not. self%has_contact) then
         self%spring_before = run%spring_scale*self%shift*spring_factor(self%level_before)
         self%spring = run%spring_scale*self%shift*spring_factor(self%level)
       end if

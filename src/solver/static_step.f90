@@ -11,10 +11,11 @@ module static_step
   use text, only: to_text, rounded_text, counted
   use failure, only: error_t, fail
   use body_parts, only: field_t, forces_of_parts
-  use boundary, only: take_reactions, way_of_supports
+  use boundary, only: any_moving, prescribed_components, take_reactions, way_of_supports
   use effect, only: any_from_outside
   use rigid_motion, only: move_tool, longest_way
-  use contact_effect, only: has_pair
+  use contact_effect, only: any_load, has_pair
+  use vibration, only: fixed_t
   use contact_stiffness, only: shortest_reach
   use model, only: model_t, apply_forces
   use run_state, only: run_t
@@ -69,6 +70,13 @@ module static_step
   ! limit, and factors that were kept as long as so many iterations more would do.
   real(wp), parameter :: enough = 0.05_wp, near = 1.0e4_wp, few = 3.0_wp
 
+  !> How contact settles in the iterations of an increment.
+  type :: settling_t
+    integer :: n = 0                               !! iterations in which it does
+    integer :: n_idle = 0                          !! since there were fewer or more touching points
+    integer :: fewest = huge(1), largest = 0       !! than these
+  end type settling_t
+
 contains
 
   !> Is there all that the static steps of a run take? Known before the run begins.
@@ -121,7 +129,34 @@ contains
     call note_released(model, run)
     run%spring_scale = 1.0_wp
     if (inertia > much_inertia*released_forces(run)) run%spring_scale = stiffer
+    if (.not. is_release(model, run)) run%spring_scale = 0.0_wp
   end subroutine begin_static
+
+  !> Do the forces released, as those of tools that are gone, outweigh the loads? Of loads that begin
+  !! with the step they are the opposite. Then springs hold the part on its way.
+  logical function is_release(model, run)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    real(wp), parameter :: outweighs = 2.0_wp
+    type(fixed_t), allocatable :: fixed(:)
+    real(wp) :: released, loads
+    integer :: p
+
+    is_release = .not. any_moving(model%supports)
+    if (.not. is_release) return
+    if (.not. any_load(model%forces)) return
+    released = 0.0_wp
+    loads = 0.0_wp
+    associate (parts => model%bodies%blank%parts)
+      fixed = prescribed_components(parts, model%supports, model%i_step)
+      do p = 1, size(parts)
+        released = released + sum(abs(run%released(p)%values), mask=.not. fixed(p)%is_fixed)
+        loads = loads + sum(abs(parts(p)%element%motion%external_force), &
+                            mask=.not. fixed(p)%is_fixed)
+      end do
+    end associate
+    is_release = released > outweighs*loads
+  end function is_release
 
   !> Sum of the forces that accelerate the control points, by the last two velocities.
   real(wp) function inertia_of(model, run, dt) result(force)
@@ -417,6 +452,7 @@ contains
     real(wp), allocatable :: u(:)
     real(wp) :: before, limit, share
     real(wp) :: early(0:2)                         ! residuals after none, one and two iterations
+    type(settling_t) :: settling
     integer :: most, n_before, n_free, n_slow
     logical :: is_stale, is_stretched
 
@@ -438,7 +474,7 @@ contains
         words = failure_words(model, run)
       else if (are_diverging(equations, n_iterations, early)) then
         words = "the iterations diverge, most at "//worst_place(equations, model)
-      else if (n_iterations - n_free == most .or. n_free == most_free) then
+      else if (n_iterations - n_free - settling%n == most .or. n_free == most_free) then
         equations%is_hopeless = n_free == most_free
         words = cause_of(equations, model, n_iterations, n_before)
         if (equations%is_hopeless) words = "nothing holds the blank or a tool, and they have "// &
@@ -466,11 +502,28 @@ contains
         is_stale = n_free == 1
       else if (equations%is_tool_on_way) then
         n_free = n_free + 1
+      else
+        call watch_settling(equations%n_touching, settling)
       end if
     end do
     if (buckling_words(equations) /= "") &
       call look_again(equations, model, run, u, words, error)
   end subroutine find_equilibrium
+
+  !> Count an iteration as one in which contact settles if it or one of the few before it had fewer
+  !! or more touching points than any before. A sheet that comes to rest on a flat tool leaves it
+  !! row by row of elements, and shorter increments take as many iterations.
+  pure subroutine watch_settling(n_touching, settling)
+    integer, intent(in) :: n_touching
+    type(settling_t), intent(inout) :: settling
+    integer, parameter :: patience = 4, most = 150
+
+    settling%n_idle = settling%n_idle + 1
+    if (n_touching < settling%fewest .or. n_touching > settling%largest) settling%n_idle = 0
+    settling%fewest = min(settling%fewest, n_touching)
+    settling%largest = max(settling%largest, n_touching)
+    if (settling%n_idle < patience .and. settling%n < most) settling%n = settling%n + 1
+  end subroutine watch_settling
 
   !> Of the residual, over the largest force.
   pure real(wp) function limit_of(equations)
