@@ -34,8 +34,9 @@ contains
     do t = 1, size(model%trims)
       associate (trim => model%trims(t))
         if (trim%step <= 1) cycle
-        reach = 0.0_wp
-        if (.not. trim%is_flat) reach = way_before(scene, trim%step)
+        ! Centres and control points stand for elements, of which a cut may leave a part.
+        reach = size_of_elements(model%bodies%blank%parts(1)%element)
+        if (.not. trim%is_flat) reach = reach + way_before(scene, trim%step)
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)
@@ -47,6 +48,17 @@ contains
       end associate
     end do
   end subroutine check_trims
+
+  !> Size of an element of a sheet, if all are alike.
+  pure real(wp) function size_of_elements(element) result(size_of)
+    class(element_t), intent(in) :: element
+    integer :: c
+
+    associate (x => element%grid%points)
+      size_of = maxval([(maxval(x(:, :, :, c)) - minval(x(:, :, :, c)), c=1, 3)]) &
+                /minval(element%n_elements(:2))
+    end associate
+  end function size_of_elements
 
   !> How far tools and supports may carry the sheet before a step: the sum of their ways. What loads
   !! and initial velocities do is not known; tools that a force moves press on the sheet.

@@ -9,8 +9,9 @@
 !! The first step of a touch counts in part: its spring is stretched by the motion from where the
 !! point met the tool, so that a point that slides fast is held back by mu N from the start.
 !!
-!! In static increments the springs are softer, so that a point slips after a part of the size of its
-!! area, however small the push: else the direction of friction changes from iteration to iteration.
+!! In static increments the springs are softer, so that a point slips after a part of the size of
+!! its area, however small the push: else the direction of friction changes from iteration to
+!! iteration.
 !!
 !! The work of slip is taken with the mean of the forces before and after, as the balance of energy
 !! counts the work of all forces.

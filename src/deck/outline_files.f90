@@ -4,7 +4,7 @@ module outline_files
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: error_list_t, new_origin, add_error
-  use text, only: string_t, read_real, lower_case, to_text, counted
+  use text, only: string_t, read_real, to_text, counted
   use text_file, only: path_beside, read_plain_source, next_line
   use outline, only: polygon_t, add_polygon
   use iges_curves, only: read_iges_loops

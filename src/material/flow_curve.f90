@@ -334,13 +334,13 @@ contains
     integer, intent(in) :: n, n_state
     real(wp), intent(in) :: state(n, n_state)   !! temperature rise in the last place
     real(wp) :: factor(n)
-    real(wp), parameter :: least = 1.0e-300_wp
+    real(wp), parameter :: cold = 1.0e-300_wp
 
     factor = 1.0_wp
     if (.not. heating%is_active) return
     factor = (heating%start + state(:, n_state) - heating%reference) &
              /(heating%melting - heating%reference)
-    factor = min(max(factor, least), 1.0_wp)
+    factor = min(max(factor, cold), 1.0_wp)
     call power_row(n, heating%exponent, factor)
     where (state(:, n_state) + (heating%start - heating%reference) <= 0.0_wp) factor = 0.0_wp
     factor = max(1.0_wp - factor, least_factor)

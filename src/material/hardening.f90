@@ -267,10 +267,12 @@ contains
       end do
       return
     case (swift_kind, ludwik_kind)
-      !$omp simd reduction(max: most)
+      ! Counted, for a largest value would pass over what is not a number.
+      !$omp simd reduction(+: most)
       do l = 1, n
         per_strain(l) = curve%offset + eqps(l)
-        most = max(most, deqps(l) - small_part*per_strain(l), least - per_strain(l))
+        most = most + merge(0.0_wp, 1.0_wp, deqps(l) <= small_part*per_strain(l) &
+                                            .and. per_strain(l) >= least)
       end do
       if (most <= 0.0_wp) then
         reach = huge(reach)
@@ -322,7 +324,8 @@ contains
     real(wp) :: strain(n)
     integer :: l
 
-    strain = max(curve%offset + eqps, least_strain)
+    strain = curve%offset + eqps
+    strain = merge(least_strain, strain, strain < least_strain)   ! keeps what is no number
     flow = strain
     call power_row(n, curve%exponent, flow)
     !$omp simd

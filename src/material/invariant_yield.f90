@@ -151,11 +151,15 @@ contains
     real(wp), intent(out) :: excess(lanes)
     real(wp) :: inverse(lanes), unit(lanes, 5), power(lanes), x(lanes, 5, 2), t(lanes, 5, 2)
     real(wp) :: slope(lanes, n_arguments), curvature(lanes, n_packed)
+    real(wp) :: length(lanes)
+    real(wp), parameter :: next_to_none = 1.0e-8_wp   ! flow stress over stress: what lies that far
+                                                      ! outside has a power that is a number
     integer :: l
 
+    call find_length(s, length, inverse)
     !$omp simd
     do l = 1, lanes
-      inverse(l) = 1.0_wp/flow(l)
+      inverse(l) = 1.0_wp/max(flow(l), next_to_none*length(l))
     end do
     call scale_stress(inverse, s, unit)
     call evaluate_power(yield, 0, unit, x, t, power, slope, curvature)
@@ -199,7 +203,8 @@ contains
     real(wp), intent(in) :: inverse(lanes), power(lanes)     !! 1/length
     real(wp), intent(out) :: q(lanes)
     real(wp), intent(inout) :: slope(lanes, n_arguments), curvature(lanes, n_packed)
-    real(wp), parameter :: least = 1.0e-290_wp
+    real(wp), parameter :: least = 1.0e-60_wp   ! of a stress of unit length; the derivatives of
+                                                ! what has no stress stay numbers
     real(wp), dimension(lanes) :: root, first, second, square
     integer :: i, j, k, l
 

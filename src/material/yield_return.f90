@@ -208,6 +208,7 @@ contains
     logical :: is_loading
     integer :: l
 
+    flows = 0.0_wp
     call compare_lengths(problem%outset, now%moved%stress, is_loading, ok)
     if (.not. ok) return
     if (is_loading) then
@@ -657,7 +658,7 @@ contains
       end if
       !$omp simd
       do l = 1, lanes
-        step(l) = flows(l)*step(l)
+        step(l) = merge(step(l), 0.0_wp, flows(l) > 0.5_wp)
         dgamma(l) = dgamma(l) + step(l)
       end do
       do i = 1, 5

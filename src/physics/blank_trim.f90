@@ -34,7 +34,7 @@ module blank_trim
 
 contains
 
-  !> Cut the blank, which has one part, as it lies now.
+  !> Cut the blank, which has one part.
   subroutine cut_blank(trim, blank, error)
     type(trim_t), intent(in) :: trim
     type(blank_t), intent(inout) :: blank

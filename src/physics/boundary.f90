@@ -4,14 +4,16 @@ module boundary
   use state_store, only: state_store_t, carry
   use blank, only: assembly_t
   use motion_curve, only: curve_value, curve_integral, start_curve
-  use element, only: part_t
+  use knot_vector, only: knot_vector_t, breaks
+  use element, only: element_t, part_t
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
-  use row_tie, only: row_tie_t
+  use row_tie, only: row_tie_t, leave_cut_groups
   implicit none
   private
 
-  public :: any_moving, way_of_supports, prescribed_components, move_supports, take_reactions
+  public :: any_moving, way_of_supports, prescribed_components, move_supports, take_reactions, &
+            leave_cut_points, is_there
 
   !> One component of a list of control points with a common velocity. Applied to the velocities
   !! of the half step, so the control points follow the curve exactly; the reaction is what the
@@ -20,6 +22,9 @@ module boundary
     integer :: component = 1
     integer, allocatable :: part(:)             !! patch of each control point, shape (n)
     integer, allocatable :: points(:, :)        !! control indices, shape (3, n), as arrays run
+    !> Edges of a shell (bit 0 xi_min, 1 xi_max, 2 eta_min, 3 eta_max) whose clamping holds a point
+    !! next to them, 0 where it is held for itself, shape (n).
+    integer, allocatable :: edges(:)
     real(wp) :: velocity = 0.0_wp               !! times the curve
     real(wp) :: moved = 0.0_wp                  !! displacement of the last step
     logical :: is_catching = .false.            !! it takes hold of points that move
@@ -83,6 +88,66 @@ contains
       first = tie%last(g) + 1
     end do
   end subroutine add_leaders
+
+  !> Let go what an outline has cut away or what follows others at it, and rows of control points
+  !! that are held next to an edge of a shell where that edge is gone.
+  subroutine leave_cut_points(supports, parts)
+    type(effect_slot_t), intent(inout) :: supports(:)
+    type(part_t), intent(in) :: parts(:)
+    logical, allocatable :: stays(:)
+    integer :: i, p
+
+    if (.not. any([(allocated(parts(p)%element%ties%share), p=1, size(parts))])) return
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (boundary_t)
+        stays = [(is_there(parts(item%part(p))%element, item%points(:, p), item%edges(p)), &
+                  p=1, size(item%part))]
+        item%part = pack(item%part, stays)
+        item%edges = pack(item%edges, stays)
+        item%points = reshape(pack(item%points, spread(stays, 1, 3)), [3, count(stays)])
+      type is (row_tie_t)
+        call leave_cut_groups(item, parts)
+      end select
+    end do
+  end subroutine leave_cut_points
+
+  !> Is a held control point free to move, and is one of the edges there that hold it?
+  pure logical function is_there(element, at, edges)
+    class(element_t), intent(in) :: element
+    integer, intent(in) :: at(3), edges
+    integer :: edge, axis, along, last, e, ends(2)
+
+    is_there = .true.
+    if (.not. allocated(element%ties%share)) return
+    is_there = element%ties%is_free(at(1), at(2)) .and. edges == 0
+    if (edges == 0 .or. .not. element%ties%is_free(at(1), at(2))) return
+    do edge = 0, 3
+      if (.not. btest(edges, edge)) cycle
+      axis = merge(1, 2, edge < 2)
+      along = 3 - axis
+      last = merge(element%n_elements(axis), 1, mod(edge, 2) == 1)
+      do e = 1, element%n_elements(along)
+        ends = reaches(element%grid%axes(along), e)
+        if (at(along) < ends(1) .or. at(along) > ends(2)) cycle
+        if (axis == 1) is_there = .not. element%is_outside([last, e, 1])
+        if (axis == 2) is_there = .not. element%is_outside([e, last, 1])
+        if (is_there) return
+      end do
+    end do
+  end function is_there
+
+  !> First and last control point of an element along an axis.
+  pure function reaches(axis, element) result(ends)
+    type(knot_vector_t), intent(in) :: axis
+    integer, intent(in) :: element
+    integer :: ends(2)
+    real(wp), allocatable :: lines(:)
+
+    lines = breaks(axis)
+    ends(2) = count(axis%knots(:axis%n_basis) <= lines(element))
+    ends(1) = ends(2) - axis%degree
+  end function reaches
 
   !> Does a support move its points?
   pure logical function any_moving(supports)

@@ -3,13 +3,13 @@
 module row_tie
   use kinds, only: wp
   use state_store, only: state_store_t
-  use element, only: element_t
+  use element, only: element_t, part_t
   use blank, only: assembly_t, blank_t
   use effect, only: effect_t, instant_t
   implicit none
   private
 
-  public :: even_out
+  public :: even_out, leave_cut_groups
 
   !> Groups of control points, one after the other; each takes the velocity of its momentum.
   type, extends(effect_t), public :: row_tie_t
@@ -62,6 +62,36 @@ contains
       first = tie%last(g) + 1
     end do
   end subroutine even_out
+
+  !> Take control points out of their groups that an outline has cut away or that follow others at
+  !! it. A group of one is none.
+  subroutine leave_cut_groups(tie, parts)
+    type(row_tie_t), intent(inout) :: tie
+    type(part_t), intent(in) :: parts(:)
+    logical :: stays(size(tie%part))
+    integer :: last(size(tie%last))
+    integer :: first, g, p
+
+    stays = [(.not. is_led(parts(tie%part(p))%element, tie%points(:, p)), p=1, size(stays))]
+    first = 1
+    do g = 1, size(last)
+      if (count(stays(first:tie%last(g))) < 2) stays(first:tie%last(g)) = .false.
+      last(g) = count(stays(:tie%last(g)))
+      first = tie%last(g) + 1
+    end do
+    tie%part = pack(tie%part, stays)
+    tie%points = reshape(pack(tie%points, spread(stays, 1, 3)), [3, count(stays)])
+    tie%last = distinct(last)
+  end subroutine leave_cut_groups
+
+  !> The numbers above zero of a list that never falls, each once.
+  pure function distinct(list) result(each)
+    integer, intent(in) :: list(:)
+    integer, allocatable :: each(:)
+    integer :: i
+
+    each = pack(list, [(list(i) > 0 .and. all(list(:i - 1) < list(i)), i=1, size(list))])
+  end function distinct
 
   !> Does a control point follow others at the edge of an outline, or lie outside? It is none of the
   !! group then.

@@ -7,7 +7,7 @@ module boundary_setup
   use scene, only: scene_t, set_spec_t, boundary_spec_t, is_held
   use motion_curve, only: curve_t, constant_curve, curve_value
   use blank, only: blank_t
-  use boundary, only: boundary_t
+  use boundary, only: boundary_t, is_there
   use model, only: model_t, add_support
   use patch_joints, only: face_names
   use patch_seams, only: seams_t, collect, largest_of_groups, distribute
@@ -22,11 +22,14 @@ module boundary_setup
   !! of a patch, 0: none.
   type :: owner_t
     integer, allocatable :: entry(:, :, :, :)   !! shape (n1, n2, n3, components)
+    integer, allocatable :: edges(:, :, :, :)   !! see `members_t`, likewise
   end type owner_t
 
   !> Which control points of a patch belong to a set.
   type :: members_t
     logical, allocatable :: is_in(:, :, :)   !! shape (n1, n2, n3)
+    !> Edges of a shell next to which a point is clamped with them, as in `boundary_t`, likewise.
+    integer, allocatable :: edges(:, :, :)
   end type members_t
 
   !> Components of control points that move alike, as a forest: all of one tree do.
@@ -109,7 +112,10 @@ contains
                          notes(i)%value, errors)
         do c = 1, 3
           do p = 1, size(owners)
-            where (members(p)%is_in .and. is_held(c, i)) owners(p)%entry(:, :, :, c) = i
+            where (members(p)%is_in .and. is_held(c, i))
+              owners(p)%entry(:, :, :, c) = i
+              owners(p)%edges(:, :, :, c) = members(p)%edges
+            end where
           end do
         end do
       end do
@@ -124,7 +130,7 @@ contains
           support%curve = curve_of(scene, boundaries(i)%curve)
           support%component = c
           support%velocity = boundaries(i)%velocity(c)
-          call list_points(owners, c, i, support%part, support%points)
+          call list_points(owners, c, i, support%part, support%points, support%edges)
           support%first_step = first
           support%last_step = last
           support%given_step = boundaries(i)%first_step
@@ -195,6 +201,7 @@ contains
 
     do p = 1, size(support%part)
       associate (at => support%points(:, p), v => blank%parts(support%part(p))%element%motion%v)
+        if (.not. is_there(blank%parts(support%part(p))%element, at, support%edges(p))) cycle
         v(at(1), at(2), at(3), support%component) = support%velocity &
                                                     *curve_value(support%curve, 0.0_wp)
       end associate
@@ -212,20 +219,23 @@ contains
     do p = 1, size(owners)
       associate (n => blank%parts(p)%element%grid%axes%n_basis)
         allocate (owners(p)%entry(n(1), n(2), n(3), n_components), source=0)
+        owners(p)%edges = owners(p)%entry
       end associate
     end do
   end function new_owners
 
   !> The control points that an entry owns in one component.
-  pure subroutine list_points(owners, component, entry, part, points)
+  pure subroutine list_points(owners, component, entry, part, points, edges)
     type(owner_t), intent(in) :: owners(:)
     integer, intent(in) :: component, entry
     integer, allocatable, intent(out) :: part(:)        !! patch of each, shape (n)
     integer, allocatable, intent(out) :: points(:, :)   !! control indices, shape (3, n)
+    integer, allocatable, intent(out), optional :: edges(:)   !! see `members_t`, shape (n)
     integer :: p, i, j, k, n
 
     n = sum([(count(owners(p)%entry(:, :, :, component) == entry), p=1, size(owners))])
     allocate (part(n), points(3, n))
+    if (present(edges)) allocate (edges(n))
     n = 0
     do p = 1, size(owners)
       associate (owner => owners(p)%entry)
@@ -236,6 +246,7 @@ contains
               n = n + 1
               part(n) = p
               points(:, n) = [i, j, k]
+              if (present(edges)) edges(n) = owners(p)%edges(i, j, k, component)
             end do
           end do
         end do
@@ -256,6 +267,7 @@ contains
     seams = blank%seams
     do p = 1, size(members)
       members(p)%is_in = is_held(blank%parts(p)%element%grid, set, p)
+      members(p)%edges = merge(0, 0, members(p)%is_in)
       mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
       call collect(seams, p, size(mark), 1, mark)
     end do
@@ -281,7 +293,11 @@ contains
       do edge = 1, 4
         do i = 1, size(is_in, merge(2, 1, edge <= 2))
           call row_pair(shape(is_in), edge, i, at, next)
-          if (is_in(at(1), at(2), at(3))) members(p)%is_in(next(1), next(2), next(3)) = .true.
+          if (.not. is_in(at(1), at(2), at(3)) .or. is_in(next(1), next(2), next(3))) cycle
+          members(p)%is_in(next(1), next(2), next(3)) = .true.
+          associate (edges => members(p)%edges(next(1), next(2), next(3)))
+            edges = ibset(edges, edge - 1)
+          end associate
         end do
       end do
     end do

@@ -25,6 +25,7 @@ module model_setup
   use blank_trim, only: cut_blank
   use body_parts, only: lead_edges
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
+  use boundary, only: leave_cut_points
   use boundary_setup, only: members_t, find_members, add_supports, curve_of
   use element, only: element_t
   use element_kinds, only: reduce_to_plane
@@ -72,6 +73,8 @@ contains
     call set_initial_velocities(scene, model)
     call lead_edges(model%bodies%blank%parts)
     call add_supports(scene, model, errors)
+    call leave_cut_points(model%supports, model%bodies%blank%parts)
+    call leave_cut_points(model%later_supports, model%bodies%blank%parts)
     call add_field_changes(scene, model)
     call set_stable_step(model)
     if (scene%reduction%component > 0) then

@@ -9,6 +9,7 @@ module forming_run
   use blank_trim, only: cut_blank, trim_pairs
   use outline_watch, only: is_gone
   use loads, only: trim_loads
+  use boundary, only: leave_cut_points
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths
@@ -178,6 +179,8 @@ contains
     call trim_pairs(model%bodies%blank, model%later_forces, increment_limit(model))
     call trim_loads(model%bodies%blank, model%forces)
     call trim_loads(model%bodies%blank, model%later_forces)
+    call leave_cut_points(model%supports, model%bodies%blank%parts)
+    call leave_cut_points(model%later_supports, model%bodies%blank%parts)
     call take_balances(model, run, after)
     run%balance%stopped = run%balance%stopped + before%kinetic - after%kinetic
     run%balance%momentum_at_start = run%balance%momentum_at_start + after%momentum - before%momentum

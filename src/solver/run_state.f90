@@ -16,6 +16,7 @@ module run_state
   use blank_trim, only: trim_pairs
   use contact_effect, only: contact_pairs, contact_view_t
   use loads, only: trim_loads
+  use boundary, only: leave_cut_points
   use shell_joints, only: carry_joints
   use frames, only: frame_t
   use history, only: history_sample_t
@@ -124,6 +125,8 @@ contains
           call trim_pairs(model%bodies%blank, model%later_forces)
           call trim_loads(model%bodies%blank, model%forces)
           call trim_loads(model%bodies%blank, model%later_forces)
+          call leave_cut_points(model%supports, model%bodies%blank%parts)
+          call leave_cut_points(model%later_supports, model%bodies%blank%parts)
         end if
         deallocate (regions)
       end associate

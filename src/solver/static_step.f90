@@ -132,8 +132,8 @@ contains
     if (.not. is_release(model, run)) run%spring_scale = 0.0_wp
   end subroutine begin_static
 
-  !> Do the forces released, as those of tools that are gone, outweigh the loads? Of loads that begin
-  !! with the step they are the opposite. Then springs hold the part on its way.
+  !> Do the forces released, as those of tools that are gone, outweigh the loads? Of loads that
+  !! begin with the step they are the opposite. Then springs hold the part on its way.
   logical function is_release(model, run)
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run

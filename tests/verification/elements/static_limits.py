@@ -152,12 +152,43 @@ def fast_draw(case):
         case.between(f"U-bend, stroke of {stroke} mm: exit code", done.returncode, 0, 0)
 
 
+def release_under_gravity(case):
+    """A tenth of its weight does not keep a part from springing back; a cantilever as long as the
+    strip sags by 0.08 mm under it."""
+    inputs = os.path.dirname(os.path.abspath(case.decks))
+    with open(os.path.join(inputs, "u_bend.key"), encoding="utf-8") as file:
+        text = file.read()
+    text = text.replace("springback/<release>", os.path.join(inputs, "springback", "static"))
+    values = ("--set", "stroke=8", "--set", "element=SHELL", "--set", "added=1", "--set",
+              "release=none")
+    ends = []
+    for name, load in ("weightless", ""), ("heavy", "*GRAVITY\n0, -981, 0\n"):
+        changed = text.replace("*MODEL CHANGE, REMOVE", load + "*MODEL CHANGE, REMOVE")
+        ends.append(Run(run(case, name, changed, options=values)[0]).blank)
+    case.deviation("U-bend released under its weight [mm]", np.abs(ends[0] - ends[1]).max(), 0.1)
+
+
+def sags_on_die(case):
+    """A flat blank sags into its die, row by row of elements, without shorter increments."""
+    inputs = os.path.dirname(os.path.abspath(case.decks))
+    with open(os.path.join(inputs, "s_rail.key"), encoding="utf-8") as file:
+        text = file.read()
+    text = text[:text.index("*STEP")].replace("s_rail/", os.path.join(inputs, "s_rail", ""))
+    text += ("*STEP, NAME=gravity\n*STATIC\n0.5, 1\n*GRAVITY\n0, 0, -9810\n"
+             "*MODEL CHANGE, REMOVE\npunch, holder\n*OUTPUT, FRAMES=1, HISTORY=1\n*END STEP\n")
+    log = run(case, "sagging", text, options=("--set", "size=4"))[2]
+    case.between("sagging blank: increments", log.count("static     time"), 2, 2)
+    case.between("sagging blank: increments cut", log.count(" cut to "), 0, 0)
+
+
 def main():
     case = Case("Static steps at their limits", "E. Winkler's inextensible strut; statics")
     strut_buckles(case)
     unheld_parts(case)
     places_stay(case)
     fast_draw(case)
+    release_under_gravity(case)
+    sags_on_die(case)
     case.finish()
 
 
