@@ -34,9 +34,12 @@ contains
     do t = 1, size(model%trims)
       associate (trim => model%trims(t))
         if (trim%step <= 1) cycle
-        ! Centres and control points stand for elements, of which a cut may leave a part.
-        reach = size_of_elements(model%bodies%blank%parts(1)%element)
-        if (.not. trim%is_flat) reach = reach + way_before(scene, trim%step)
+        if (trim%is_flat) then
+          ! Centres and control points stand for elements, of which the cut may leave a part.
+          reach = size_of_elements(model%bodies%blank%parts(1)%element)
+        else
+          reach = way_before(scene, trim%step)
+        end if
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)

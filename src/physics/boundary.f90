@@ -89,8 +89,8 @@ contains
     end do
   end subroutine add_leaders
 
-  !> Let go what an outline has cut away or what follows others at it, and rows of control points
-  !! that are held next to an edge of a shell where that edge is gone.
+  !> Let go the rows of control points that are held next to an edge of a shell where an outline has
+  !! cut that edge away, and take what follows others at the outline out of what moves alike.
   subroutine leave_cut_points(supports, parts)
     type(effect_slot_t), intent(inout) :: supports(:)
     type(part_t), intent(in) :: parts(:)
@@ -112,16 +112,15 @@ contains
     end do
   end subroutine leave_cut_points
 
-  !> Is a held control point free to move, and is one of the edges there that hold it?
+  !> Is one of the edges still there that hold a control point, if it is not held for itself?
   pure logical function is_there(element, at, edges)
     class(element_t), intent(in) :: element
     integer, intent(in) :: at(3), edges
     integer :: edge, axis, along, last, e, ends(2)
 
     is_there = .true.
-    if (.not. allocated(element%ties%share)) return
-    is_there = element%ties%is_free(at(1), at(2)) .and. edges == 0
-    if (edges == 0 .or. .not. element%ties%is_free(at(1), at(2))) return
+    if (edges == 0 .or. .not. allocated(element%ties%share)) return
+    is_there = .false.
     do edge = 0, 3
       if (.not. btest(edges, edge)) cycle
       axis = merge(1, 2, edge < 2)
