@@ -140,7 +140,14 @@ def percent(part):
 
 
 def extreme(results, name, frame, function):
-    return float(function([function(patch.field(name, frame)) for patch in results.patches]))
+    """Of a field, inside of outlines."""
+    values = []
+    for patch in results.patches:
+        field = patch.field(name, frame)
+        if "edge_distance" in results.file["VTKHDF/PointData"]:
+            field = np.where(patch.field("edge_distance", frame) >= 0, field, np.nan)
+        values.append(function(field))
+    return float(function(values))
 
 
 def deck(results):

@@ -8,6 +8,8 @@ distance, circles by Kasa's method; a stretch has a radius where its circle fits
 its line. Of a U-section from the bottom outwards the first two angles are theta 1 (bottom and wall)
 and theta 2 (wall and flange) of NUMISHEET'93.
 """
+import sys
+
 import numpy as np
 
 from post.results import Results, ResultsError
@@ -46,6 +48,8 @@ def measured(results, arguments):
     section = Section(results)
     parts = stretches(section, frame, arguments)
     formed = frame_before_release(results, frame)
+    if "is_failed" in results.file["frames"] and results.file["frames/is_failed"][frame]:
+        print("warning: this frame is where the run failed, not a released part", file=sys.stderr)
     states = [State("section" if formed is None else "released", section, frame, parts)]
     if formed is not None:
         states.insert(0, State("formed", section, formed, parts))
