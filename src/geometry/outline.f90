@@ -253,10 +253,12 @@ contains
   end function is_inside
 
   !> Distance from the border of what all regions have in common, negative outside. It is exact near
-  !! a border; lengths are those along both axes times `scale`.
-  pure real(wp) function inside_distance(regions, place, scale) result(distance)
+  !! a border; lengths are those along both axes times `scale`. What runs along the bounds of a
+  !! sheet is no border: the sheet ends there by itself.
+  pure real(wp) function inside_distance(regions, place, scale, bounds) result(distance)
     type(region_t), intent(in) :: regions(:)
     real(wp), intent(in) :: place(2), scale(2)
+    real(wp), intent(in), optional :: bounds(2, 2)   !! of the sheet: low, high
     real(wp) :: a(2), b(2), t, nearest, own
     integer :: r, p, i, j
 
@@ -267,6 +269,12 @@ contains
         associate (corners => regions(r)%polygons(p)%corners)
           j = size(corners, 2)
           do i = 1, size(corners, 2)
+            if (present(bounds)) then
+              if (runs_along(bounds, corners(:, j), corners(:, i))) then
+                j = i
+                cycle
+              end if
+            end if
             a = (corners(:, j) - place)*scale
             b = (corners(:, i) - corners(:, j))*scale
             t = min(max(-dot_product(a, b)/max(dot_product(b, b), tiny(t)), 0.0_wp), 1.0_wp)
@@ -280,6 +288,17 @@ contains
       distance = min(distance, own)
     end do
   end function inside_distance
+
+  !> Do both ends of a segment lie on or beyond the same bound of a sheet?
+  pure logical function runs_along(bounds, first, second)
+    real(wp), intent(in) :: bounds(2, 2), first(2), second(2)
+    real(wp), parameter :: round_off = 1.0e-9_wp     ! of the sheet
+    real(wp) :: little(2)
+
+    little = round_off*(bounds(:, 2) - bounds(:, 1))
+    runs_along = any(max(first, second) <= bounds(:, 1) + little) &
+                 .or. any(min(first, second) >= bounds(:, 2) - little)
+  end function runs_along
 
   !> Do polygons cross themselves or each other? Segments are compared that share a strip across the
   !! first axis.

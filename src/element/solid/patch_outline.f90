@@ -25,7 +25,8 @@ contains
     type(region_t), intent(in) :: regions(:)
     real(wp), intent(in) :: share(:, :)            !! of each element that is inside
     real(wp), allocatable :: distance(:, :), xi(:), eta(:)
-    real(wp) :: scale(2), whole, x(3, 3)
+    real(wp), parameter :: little = 1.0e-9_wp        ! of the sheet
+    real(wp) :: scale(2), whole, x(3, 3), bounds(2, 2), inner(2, 2), place(2)
     integer :: d, i, j, k, l, n(2)
 
     d = maxval(sheet%axes%degree)
@@ -38,6 +39,10 @@ contains
     call evaluate_solid(sheet, [xi(1), eta(size(eta)), 0.5_wp], x(:, 3))
     scale = max([norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 1))], tiny(1.0_wp)) &
             /[xi(size(xi)) - xi(1), eta(size(eta)) - eta(1)]
+    bounds = reshape([xi(1), eta(1), xi(size(xi)), eta(size(eta))], [2, 2])
+    ! A curve along the edge of the sheet does not say on which side of it that edge lies.
+    inner(:, 1) = bounds(:, 1) + little*(bounds(:, 2) - bounds(:, 1))
+    inner(:, 2) = bounds(:, 2) - little*(bounds(:, 2) - bounds(:, 1))
     whole = maxval(scale*[xi(size(xi)) - xi(1), eta(size(eta)) - eta(1)]/n)
     do j = 1, n(2)
       do i = 1, n(1)
@@ -49,7 +54,8 @@ contains
         if (share(i, j) <= 0.0_wp .or. share(i, j) >= 1.0_wp) cycle
         do l = d*(j - 1) + 1, d*j + 1
           do k = d*(i - 1) + 1, d*i + 1
-            distance(k, l) = inside_distance(regions, [xi(k), eta(l)], scale)
+            place = min(max([xi(k), eta(l)], inner(:, 1)), inner(:, 2))
+            distance(k, l) = min(inside_distance(regions, place, scale, bounds), whole)
           end do
         end do
       end do
