@@ -158,8 +158,8 @@ contains
     real(wp), intent(out) :: flow(n), slope(n)   !! [stress]
     real(wp), intent(out) :: bend(n)             !! bound of what the slope loses with `dgamma`
     real(wp), intent(out) :: reach(n)            !! further `dgamma` up to which all this holds
-    !> One over the strain of an evaluation before and the function of the rate there, zeros before
-    !! the first: where all is near, the function follows from them by a short series.
+    !> One over the strain of an earlier evaluation and the function of the rate there; (1, 1) is 0
+    !! before the first. Near these the function follows from them by a short series.
     real(wp), intent(inout), optional :: known(n, 2)
     real(wp) :: corner
     integer :: l

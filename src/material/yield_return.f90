@@ -194,8 +194,8 @@ contains
     level_at = lowest*((1.0_wp + first/lowest)**(real(n - i, wp)/n) - 1.0_wp)
   end function level_at
 
-  !> Which points flow, and what the tangent plane at the outset tells of those; `now` begins with
-  !! no plastic strain. The yield function of the trial stress is never below that plane, so that
+  !> Which points flow, and their step by the tangent plane at the outset; `now` begins without
+  !! plastic strain. The yield function of the trial stress is never below that plane, so that
   !! under continued loading its own value is not asked for.
   pure subroutine find_flowing(yield, problem, now, flows, reach, resistance, ok)
     type(yield_function_t), intent(in) :: yield
@@ -317,8 +317,8 @@ contains
     if (kinematic%n > 0) call move_trial(kinematic, problem, back, now%dgamma, now%moved)
   end subroutine start
 
-  !> Where a tangent plane tells less than two thirds of the way to the trial stress t. The rest is
-  !! t.H.t/2 over the ratio of both sizes, for the Hessian H has no part along the stress where it
+  !> Where a tangent plane covers less than two thirds of the way to the trial stress t. The rest
+  !! is t.H.t/2 over the ratio of both sizes, for the Hessian H has no part along the stress where it
   !! was found.
   pure subroutine find_poor(problem, now, reach, left, poor, n_poor)
     type(return_problem_t), intent(in) :: problem

@@ -4,7 +4,7 @@ module boundary
   use state_store, only: state_store_t, carry
   use blank, only: assembly_t
   use motion_curve, only: curve_value, curve_integral, start_curve
-  use knot_vector, only: knot_vector_t, breaks
+  use knot_vector, only: span_table
   use element, only: element_t, part_t
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
@@ -116,7 +116,8 @@ contains
   pure logical function is_there(element, at, edges)
     class(element_t), intent(in) :: element
     integer, intent(in) :: at(3), edges
-    integer :: edge, axis, along, last, e, ends(2)
+    integer :: edge, axis, along, last, e
+    integer, allocatable :: spans(:)              ! control points from span - degree to span
 
     is_there = .true.
     if (edges == 0 .or. .not. allocated(element%ties%share)) return
@@ -126,27 +127,15 @@ contains
       axis = merge(1, 2, edge < 2)
       along = 3 - axis
       last = merge(element%n_elements(axis), 1, mod(edge, 2) == 1)
-      do e = 1, element%n_elements(along)
-        ends = reaches(element%grid%axes(along), e)
-        if (at(along) < ends(1) .or. at(along) > ends(2)) cycle
+      spans = span_table(element%grid%axes(along))
+      do e = 1, size(spans)
+        if (at(along) < spans(e) - element%grid%axes(along)%degree .or. at(along) > spans(e)) cycle
         if (axis == 1) is_there = .not. element%is_outside([last, e, 1])
         if (axis == 2) is_there = .not. element%is_outside([e, last, 1])
         if (is_there) return
       end do
     end do
   end function is_there
-
-  !> First and last control point of an element along an axis.
-  pure function reaches(axis, element) result(ends)
-    type(knot_vector_t), intent(in) :: axis
-    integer, intent(in) :: element
-    integer :: ends(2)
-    real(wp), allocatable :: lines(:)
-
-    lines = breaks(axis)
-    ends(2) = count(axis%knots(:axis%n_basis) <= lines(element))
-    ends(1) = ends(2) - axis%degree
-  end function reaches
 
   !> Does a support move its points?
   pure logical function any_moving(supports)
