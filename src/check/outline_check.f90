@@ -2,14 +2,16 @@
 module outline_check
   use kinds, only: wp
   use text, only: to_text
-  use input_errors, only: error_list_t, add_warning
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t
   use knot_vector, only: breaks
   use nurbs_solid, only: evaluate_solid
   use outline, only: region_t, new_region, inside_distance
   use element, only: element_t
-  use blank_trim, only: trim_t
-  use outline_watch, only: watched_t
+  use blank, only: blank_t
+  use blank_trim, only: trim_t, cut_blank
+  use outline_watch, only: watched_t, is_gone
   use model, only: model_t
   implicit none
   private
@@ -21,7 +23,7 @@ module outline_check
 contains
 
   !> Warn of supports, loads and history points that lie outside of a trim by more than the tools
-  !! may carry the sheet to it. What is nearer the run tells when it trims.
+  !! may carry the sheet. What is nearer is reported by the run when it trims.
   subroutine check_trims(scene, model, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -33,35 +35,59 @@ contains
     is_told = model%watched%is_told
     do t = 1, size(model%trims)
       associate (trim => model%trims(t))
-        if (trim%step <= 1) cycle
-        if (trim%is_flat) then
-          ! Centres and control points stand for elements, of which the cut may leave a part.
-          reach = size_of_elements(model%bodies%blank%parts(1)%element)
-        else
-          reach = way_before(scene, trim%step)
-        end if
+        if (trim%step <= 1 .or. trim%is_flat) cycle
+        reach = way_before(scene, trim%step)
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)
-          if (is_told(i)) call add_warning(errors, model%watched(i)%origin, &
-            model%watched(i)%what//", which lies in what *TRIM, NAME="//trim%name//" in step "// &
-            to_text(trim%step)//" cuts away", "a place inside its curves, or nothing "// &
-            "there from that step on")
+          if (is_told(i)) call warn_of_cut(model%watched(i), trim, errors)
         end do
       end associate
     end do
+    call check_flat_trims(scene, model, is_told, errors)
   end subroutine check_trims
 
-  !> Size of an element of a sheet, if all are alike.
-  pure real(wp) function size_of_elements(element) result(size_of)
-    class(element_t), intent(in) :: element
-    integer :: c
+  !> Cut a copy of the sheet along the curves that lie on it as it is before the run.
+  subroutine check_flat_trims(scene, model, is_told, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    logical, intent(inout) :: is_told(:)          !! that what is watched is gone
+    type(error_list_t), intent(inout) :: errors
+    type(blank_t) :: blank
+    type(error_t), allocatable :: error
+    real(wp) :: share
+    integer :: t, i
 
-    associate (x => element%grid%points)
-      size_of = maxval([(maxval(x(:, :, :, c)) - minval(x(:, :, :, c)), c=1, 3)]) &
-                /minval(element%n_elements(:2))
-    end associate
-  end function size_of_elements
+    if (.not. any(model%trims%is_flat .and. model%trims%step > 1)) return
+    blank = model%bodies%blank
+    do t = 1, size(model%trims)
+      associate (trim => model%trims(t), origin => scene%outlines(t)%origin)
+        if (.not. trim%is_flat .or. trim%step <= 1) cycle
+        call cut_blank(trim, blank, error, share)
+        if (allocated(error)) then
+          call add_error(errors, origin, error%message, "curves that keep a part of the sheet")
+          return
+        end if
+        if (.not. share > 0.0_wp) call add_warning(errors, origin, &
+          "curves that cut nothing away", "other curves, KEEP or DIRECTION")
+        do i = 1, size(is_told)
+          if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
+          is_told(i) = is_gone(model%watched(i), blank%parts(1)%element)
+          if (is_told(i)) call warn_of_cut(model%watched(i), trim, errors)
+        end do
+      end associate
+    end do
+  end subroutine check_flat_trims
+
+  subroutine warn_of_cut(watched, trim, errors)
+    type(watched_t), intent(in) :: watched
+    type(trim_t), intent(in) :: trim
+    type(error_list_t), intent(inout) :: errors
+
+    call add_warning(errors, watched%origin, watched%what//", which lies in what *TRIM, NAME="// &
+                     trim%name//" in step "//to_text(trim%step)//" cuts away", &
+                     "a place inside its curves, or nothing there from that step on")
+  end subroutine warn_of_cut
 
   !> How far tools and supports may carry the sheet before a step: the sum of their ways. What loads
   !! and initial velocities do is not known; tools that a force moves press on the sheet.

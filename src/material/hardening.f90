@@ -325,7 +325,7 @@ contains
     integer :: l
 
     strain = curve%offset + eqps
-    strain = merge(least_strain, strain, strain < least_strain)   ! a NaN stays one
+    strain = merge(least_strain, strain, strain < least_strain)   ! a NaN stays a NaN
     flow = strain
     call power_row(n, curve%exponent, flow)
     !$omp simd

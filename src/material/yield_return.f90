@@ -318,8 +318,8 @@ contains
   end subroutine start
 
   !> Where a tangent plane covers less than two thirds of the way to the trial stress t. The rest
-  !! is t.H.t/2 over the ratio of both sizes, for the Hessian H has no part along the stress where it
-  !! was found.
+  !! is t.H.t/2 over the ratio of both sizes, for the Hessian H has no part along the stress where
+  !! it was found.
   pure subroutine find_poor(problem, now, reach, left, poor, n_poor)
     type(return_problem_t), intent(in) :: problem
     type(iterate_t), intent(in) :: now
@@ -656,23 +656,34 @@ contains
         call solve_consistency(curve, lanes, problem%dt, q, resistance, problem%eqps, &
                                problem%factor, problem%guess, step, ok)
       end if
-      !$omp simd
-      do l = 1, lanes
-        step(l) = merge(step(l), 0.0_wp, flows(l) > 0.5_wp)
-        dgamma(l) = dgamma(l) + step(l)
-      end do
-      do i = 1, 5
-        !$omp simd
-        do l = 1, lanes
-          gradient(l, i) = step(l)*gradient(l, i)
-          plastic(l, i) = plastic(l, i) + gradient(l, i)
-        end do
-      end do
+      call take_stage(flows, step, gradient, plastic, dgamma)
       call move_back_stresses(kinematic, gradient, step, back)
       if (stage < n_stages) call flow_after(curve, lanes, problem%dt, problem%eqps, &
                                             problem%factor, problem%flow, dgamma, flow, slope, &
                                             bend, far)
     end do
   end subroutine return_in_stages
+
+  !> Add the plastic strain of a stage at the points that flow.
+  pure subroutine take_stage(flows, step, gradient, plastic, dgamma)
+    real(wp), intent(in) :: flows(lanes)
+    real(wp), intent(inout) :: step(lanes)            !! out zero where nothing flows
+    real(wp), intent(inout) :: gradient(lanes, 5)     !! out the plastic strain of the stage
+    real(wp), intent(inout) :: plastic(lanes, 5), dgamma(lanes)
+    integer :: i, l
+
+    !$omp simd
+    do l = 1, lanes
+      step(l) = merge(step(l), 0.0_wp, flows(l) > 0.5_wp)
+      dgamma(l) = dgamma(l) + step(l)
+    end do
+    do i = 1, 5
+      !$omp simd
+      do l = 1, lanes
+        gradient(l, i) = step(l)*gradient(l, i)
+        plastic(l, i) = plastic(l, i) + gradient(l, i)
+      end do
+    end do
+  end subroutine take_stage
 
 end module yield_return

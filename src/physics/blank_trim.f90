@@ -35,14 +35,18 @@ module blank_trim
 contains
 
   !> Cut the blank, which has one part.
-  subroutine cut_blank(trim, blank, error)
+  subroutine cut_blank(trim, blank, error, share)
     type(trim_t), intent(in) :: trim
     type(blank_t), intent(inout) :: blank
     type(error_t), allocatable, intent(out) :: error
+    real(wp), intent(out), optional :: share       !! of the mass that is cut away; 0: nothing
+    real(wp), parameter :: round_off = 1.0e-9_wp   ! of the mass
+    real(wp) :: before
     type(polygon_t) :: polygons(size(trim%polygons))
     type(region_t) :: regions(1)
     integer :: p
 
+    before = mass_of(blank%parts)
     associate (element => blank%parts(1)%element)
       do p = 1, size(polygons)
         call project(element, trim, trim%polygons(p)%corners, polygons(p)%corners, error)
@@ -56,6 +60,9 @@ contains
     end associate
     call set_inertia(blank%parts, blank%seams)
     call lead_edges(blank%parts)
+    if (.not. present(share)) return
+    share = 1.0_wp - mass_of(blank%parts)/before
+    if (.not. share > round_off) share = 0.0_wp
   end subroutine cut_blank
 
   !> Contact pairs follow the outline of the blank.

@@ -151,7 +151,6 @@ contains
     type(string_t), allocatable, intent(out) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(energy_balance_t) :: before, after
-    real(wp), parameter :: nothing = 1.0e-9_wp   ! of the mass
     real(wp) :: mass, part
     integer :: i
 
@@ -161,16 +160,15 @@ contains
     do i = 1, size(model%trims)
       if (model%trims(i)%step /= model%i_step) cycle
       mass = mass_of(model%bodies%blank%parts)
-      call cut_blank(model%trims(i), model%bodies%blank, error)
+      call cut_blank(model%trims(i), model%bodies%blank, error, part)
       if (allocated(error)) then
         error%message = "*TRIM, NAME="//model%trims(i)%name//": "//error%message
         return
       end if
-      part = 1.0_wp - mass_of(model%bodies%blank%parts)/mass
       model%bodies%blank%added_mass = (1.0_wp - part)*model%bodies%blank%added_mass
       call append_text(notes, "trim       "//model%trims(i)%name//", mass cut away "// &
                        rounded_text(part*mass/model%bodies%blank%mass_factor))
-      if (.not. part > nothing) call append_text(notes, "warning: *TRIM, NAME="// &
+      if (.not. part > 0.0_wp) call append_text(notes, "warning: *TRIM, NAME="// &
         model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
     end do
     call tell_gone(model, notes)
