@@ -88,7 +88,7 @@ contains
   pure logical function is_hot(line)
     character(*), intent(in) :: line
     character(40), parameter :: stems(14) = [character(40) :: "__ig_solid_p", "__plane_strain_p", &
-      "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_turn_", &
+      "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_turn_to_end", &
       "__voce_MOD_elastic_trial", "__voce_MOD_radial_return", &
       "__row_functions_MOD_exp", "__row_functions_MOD_log", "__power_sums_MOD_", &
       "__argument_products_MOD_", &

@@ -194,7 +194,7 @@ def cut_metric_arguments(is_fixed, is_rational):
 
 
 LAW = ("block_law", "block_law_t")
-ROTATION = ("tensor_rotation", "turn_row")
+ROTATION = ("tensor_rotation", "rotate_by_spin, turn_to_end")
 POINTS = ("point_kinematics", "end_volume_of, point_tangents")
 KERNELS = [
     Kernel("ig_solid", "block_forces", "Block force kernel", "ig_solid_kernel.inc", [],

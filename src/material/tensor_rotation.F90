@@ -10,7 +10,7 @@ module tensor_rotation
   implicit none
   private
 
-  public :: rotate_by_spin, rotate_all_by_spin, turn_row, rotate_tensors, transposed
+  public :: rotate_by_spin, rotate_all_by_spin, turn_to_end, rotate_tensors, transposed
   public :: axes_from_points, rotate_axes, axes_rotation, axes_in_sheet, turn_in_plane
 
   !> Spin increment beyond which strain increments are turned exactly: 1/1000 of a radian, where
@@ -55,18 +55,16 @@ contains
 #include "spin_rotation.inc"
   end subroutine rotate_three
 
-  !> To the end of a step: the stress of its start by the spin, strain increments from its middle by
-  !! half of the spin W, D + (W D - D W)/2, which is exact to second order in the step. Without it
-  !! the stress misses a part of first order wherever rotation and strain go together. Rows in which
-  !! a point turns far, as in static steps, are turned by `turn_far`, all of their points alike.
-  pure subroutine turn_row(n, spin, strain, volume, stress, power)
+  !> Rotate strain increments from the middle of their step to its end, by half of its spin W:
+  !! D + (W D - D W)/2, which is exact to second order in the step. Without it the stress misses a
+  !! part of first order wherever rotation and strain go together. Rows in which a point turns far,
+  !! as in static steps, are turned by `turn_far`, all of their points alike.
+  pure subroutine turn_to_end(n, spin, strain, volume)
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23
     real(wp), intent(inout) :: strain(n, 6)     !! 11 22 33 12 13 23, shear doubled
     real(wp), intent(inout) :: volume(n)        !! of the points, at the middle
-    real(wp), intent(inout) :: stress(n, 6)     !! 11 22 33 12 13 23
-    real(wp), intent(out) :: power(n)           !! of the stress on the strain increment
-    real(wp) :: largest
+    real(wp) :: w1, w2, w3, t1, t2, t3, t4, t5, t6, p1, p2, p3, p4, p5, p6, largest
     integer :: l
 
     largest = 0.0_wp
@@ -76,31 +74,33 @@ contains
     end do
     if (largest > far_turn**2) then
       call turn_far(n, spin, strain, volume)
-      call rotate_by_spin(n, spin, stress)
-      !$omp simd
-      do l = 1, n
-        power(l) = stress(l, 1)*strain(l, 1) + stress(l, 2)*strain(l, 2) &
-                   + stress(l, 3)*strain(l, 3) + stress(l, 4)*strain(l, 4) &
-                   + stress(l, 5)*strain(l, 5) + stress(l, 6)*strain(l, 6)
-      end do
-    else
-      call turn_near(n, spin, stress, strain, power)
+      return
     end if
-  end subroutine turn_row
+    !$omp simd private(w1, w2, w3, t1, t2, t3, t4, t5, t6, p1, p2, p3, p4, p5, p6)
+    do l = 1, n
+      t1 = strain(l, 1); t2 = strain(l, 2); t3 = strain(l, 3)
+      t4 = 0.5_wp*strain(l, 4); t5 = 0.5_wp*strain(l, 5); t6 = 0.5_wp*strain(l, 6)
+      ! W D - D W: p1, -p2 and -p3 are half of its diagonal, p4 to p6 its shear.
+      w1 = spin(l, 1); w2 = spin(l, 2); w3 = spin(l, 3)
+      p1 = w1*t4 + w2*t5
+      p2 = w1*t4 - w3*t6
+      p3 = w2*t5 + w3*t6
+      p4 = w1*(t2 - t1) + w2*t6 + w3*t5
+      p5 = w2*(t3 - t1) + w1*t6 - w3*t4
+      p6 = w3*(t3 - t2) - w1*t5 - w2*t4
+      strain(l, 1) = t1 + p1
+      strain(l, 2) = t2 - p2
+      strain(l, 3) = t3 - p3
+      strain(l, 4) = strain(l, 4) + p4
+      strain(l, 5) = strain(l, 5) + p5
+      strain(l, 6) = strain(l, 6) + p6
+    end do
+  end subroutine turn_to_end
 
-  !> The same where no point turns far, all in one loop.
-  pure subroutine turn_near(n, spin, tensor, strain, power)
-    integer, parameter :: n_tensors = 1
-#define WITH_STRAIN
-#include "spin_rotation.inc"
-#undef WITH_STRAIN
-  end subroutine turn_near
-
-  !> Strain increments for rotations of any size. The middle between a shape and the shape turned
-  !! by an angle a is smaller, by cos(a/2) across the axis; so strains found there are too large,
-  !! and volumes too small. For F = R (I + e) the gradient 2 (F - I)(F + I)^-1 is
-  !! W + (I + W/2) e (I + W/2)^T up to the square of e, and R e R^T is wanted: Q D Q^T with
-  !! Q = (I - W/2)^-1.
+  !> The same for rotations of any size. The middle between a shape and the shape turned by an angle
+  !! a is smaller, by cos(a/2) across the axis; so strains found there are too large, and volumes
+  !! too small. For F = R (I + e) the gradient 2 (F - I)(F + I)^-1 is W + (I + W/2) e (I + W/2)^T
+  !! up to the square of e, and R e R^T is wanted: Q D Q^T with Q = (I - W/2)^-1.
   pure subroutine turn_far(n, spin, strain, volume)
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)

@@ -5,7 +5,7 @@ module point_stress
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t, new_point_context
-  use tensor_rotation, only: turn_row
+  use tensor_rotation, only: rotate_by_spin, turn_to_end
   use element, only: grid_number
   use bulk_viscosity, only: viscous_factors
   use solid_patch, only: solid_patch_t, block_t, point_number
@@ -104,19 +104,14 @@ contains
     real(wp), intent(in) :: spin(8*q(1), 3, q(2))
     real(wp), intent(inout) :: volume(8*q(1), q(2)), dstrain(8*q(1), 6, q(2))
     real(wp), intent(inout) :: stress(8*q(1), 6, q(2)), sums(8, 4)
-    real(wp) :: power(8, q(1))
-    integer :: row, l
+    integer :: row
 
     do row = 1, q(2)
-      if (is_rotating) then
-        call add_work(q(1), stress(:, :, row), dstrain(:, :, row), volume(:, row), sums)
-      else
-        call turn_row(8*q(1), spin(:, :, row), dstrain(:, :, row), volume(:, row), &
-                      stress(:, :, row), power)
-        do l = 1, q(1)
-          sums(:, 1) = sums(:, 1) + 0.5_wp*volume(8*l - 7:8*l, row)*power(:, l)
-        end do
+      if (.not. is_rotating) then
+        call turn_to_end(8*q(1), spin(:, :, row), dstrain(:, :, row), volume(:, row))
+        call rotate_by_spin(8*q(1), spin(:, :, row), stress(:, :, row))
       end if
+      call add_work(q(1), stress(:, :, row), dstrain(:, :, row), volume(:, row), sums)
     end do
   end subroutine start_rows
 
