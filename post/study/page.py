@@ -97,11 +97,13 @@ def sentences(study, rows, best, usual):
     if usual is best:
         text += " It is the deck's default."
     elif usual:
-        where = ("is on the Pareto front" if any(row is usual for row in front(rows, study.limits))
-                 else "is dominated")
-        text += (f" The deck's default, `{setting_text(usual, study.parameters)}`, {where}: "
+        is_best = any(row is usual for row in front(rows, study.limits))
+        text += (f" The deck's default, `{setting_text(usual, study.parameters)}`, "
+                 f"{'is on the Pareto front' if is_best else 'is dominated'}: "
                  f"{usual[COST] / best[COST]:.2f} times the cost, "
                  f"{errors_text(usual, study.limits)}.")
+        if study.kept_because and not is_best:
+            text += f" It is kept because {study.kept_because.strip()}."
     lost = [row for row in rows if row["status"] != "completed"]
     if lost:
         text += (" Failed: "

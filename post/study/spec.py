@@ -2,6 +2,7 @@
 
     title = "Mesh of the strip"            # of the pictures
     about = "What is varied."              # a sentence for the manual
+    kept_because = "runs with it repeat"   # why the default is kept if others beat it
     deck = "../channel_strip.key"          # relative to this file
     threads = 1                            # of each run
     budget = 5                             # processor time that may be spent [s]
@@ -46,8 +47,8 @@ MEASURES = {
     "thickness": ("rms error of the thickness", True),
 }
 KEYS = {"title": str, "about": str, "deck": str, "threads": int, "set": dict, "runs": list,
-        "default": dict, "reference": dict, "limits": dict, "plot": dict, "choose": list,
-        "budget": (int, float), "peers": list}
+        "default": dict, "kept_because": str, "reference": dict, "limits": dict, "plot": dict,
+        "choose": list, "budget": (int, float), "peers": list}
 REQUIRED = ("title", "deck", "runs", "reference", "limits")
 REFERENCE_KEYS = {"data": str, "run": dict, "values": dict, "middle": list, "ends": (int, float),
                   "shift": bool}
@@ -80,6 +81,7 @@ class Study:
     threads: int = 1
     set: dict = field(default_factory=dict)
     default: dict = field(default_factory=dict)
+    kept_because: str = ""                            # a default that others beat
     plot: dict = field(default_factory=dict)
     choose: list = field(default_factory=list)
     budget: float = 0.0                               # processor time [s], 0: none
@@ -137,6 +139,7 @@ class Reader:
             threads=source.get("threads", 1), reference=self.reference(source.get("reference")),
             limits=self.limits(source.get("limits", {}), "limits"),
             default=self.parameters(source.get("default", {}), "default"),
+            kept_because=source.get("kept_because", ""),
             plot=self.known(source.get("plot", {}), PLOT_KEYS, "plot"),
             choose=[self.choice(one, f"choose {i}") for i, one in
                     enumerate(source.get("choose", []), 1)],

@@ -2,6 +2,7 @@
 
 Usage: test_study.py IGAFORM PROJECT_FOLDER
 """
+import glob
 import os
 import shutil
 import subprocess
@@ -16,7 +17,7 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
 from post.results import ResultsError  # noqa: E402
-from post.study import choice, figures, spec, table  # noqa: E402
+from post.study import choice, figures, page, spec, table  # noqa: E402
 
 STUDY = """
 title = "Mesh of the pulled strip"
@@ -202,6 +203,19 @@ class TestChoice(unittest.TestCase):
 
     def test_the_nearest_is_recommended_if_none_is_allowed(self):
         self.assertEqual(choice.recommended(self.rows, {"shape": 0.01})["cpu_seconds"], 4)
+
+    def test_the_best_default_or_a_reason_in_each_shipped_study(self):
+        files = sorted(glob.glob(os.path.join(PROJECT, "input", "studies", "*.toml")))
+        self.assertGreater(len(files), 10)
+        for file in files:
+            study = spec.read_study(file)
+            rows = table.read_csv(os.path.join(os.path.dirname(file), "results",
+                                               f"{study.name}.csv"))
+            usual = page.default_row(study, rows)
+            is_best = any(row is usual for row in choice.front(rows, study.limits))
+            with self.subTest(study=study.name):
+                self.assertIsNotNone(usual)
+                self.assertNotEqual(is_best, bool(study.kept_because))
 
 
 if __name__ == "__main__":
