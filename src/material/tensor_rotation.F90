@@ -295,6 +295,17 @@ contains
     integer :: l
 
     tilt = 0.0_wp
+    if (abs(axes(3, 3)) >= 1.0_wp) then
+      !$omp simd reduction(max:tilt)
+      do l = 1, n
+        tilt = max(tilt, abs(quaternion(l, 2)), abs(quaternion(l, 3)))
+      end do
+      if (.not. tilt > 0.0_wp) then
+        call turn_about_normal(n, axes(:2, 1), spin, quaternion, axis)
+        return
+      end if
+      tilt = 0.0_wp
+    end if
     !$omp simd private(a, b1, b2, b3, h, w, v1, v2, v3, scaling, r, r11, r12, r21, r22, r31, &
     !$omp r32) reduction(max:tilt)
     do l = 1, n
@@ -328,6 +339,36 @@ contains
       tilt = max(tilt, a*a + b1*b1)
     end do
   end subroutine turn_in_plane
+
+  !> `turn_in_plane` where axis 3 of the material is, and was at the start, the normal.
+  pure subroutine turn_about_normal(n, start, spin, quaternion, axis)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: start(2)               !! axis 1 of the material at the start
+    real(wp), intent(in) :: spin(n)
+    real(wp), intent(inout) :: quaternion(n, 4)
+    real(wp), intent(out) :: axis(n, 2)
+    real(wp) :: a, b, h, w, v, r, scaling
+    integer :: l
+
+    !$omp simd private(a, b, h, w, v, r, scaling)
+    do l = 1, n
+      h = -0.5_wp*spin(l)
+      a = 1.0_wp + quaternion(l, 1)
+      b = quaternion(l, 4)
+      w = a - h*b
+      v = b + a*h
+      r = w*w + v*v - 1.0_wp
+      scaling = 1.0_wp - r*(0.5_wp - r*(0.375_wp - 0.3125_wp*r))
+      if (.not. abs(h) > 0.0_wp) scaling = 1.0_wp
+      w = scaling*w; v = scaling*v
+      if (abs(h) > 0.0_wp) quaternion(l, 1) = w - 1.0_wp
+      quaternion(l, 4) = v
+      a = 1.0_wp - 2.0_wp*v*v
+      b = 2.0_wp*w*v
+      axis(l, 1) = a*start(1) - b*start(2)
+      axis(l, 2) = b*start(1) + a*start(2)
+    end do
+  end subroutine turn_about_normal
 
   !> Rotation of a row from space into the axes of the material: entry (i, j), the component j of
   !! axis i, at 3 (i - 1) + j.
