@@ -6,8 +6,8 @@
 module voce
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use plane_stress, only: plane_trial, flow_in_plane, mode_moduli
-  use plane_steps, only: strain_of_modes, just_above, small_step
+  use plane_stress, only: plane_trial, areal_modulus, mode_moduli
+  use plane_steps, only: just_above, small_step
   use row_functions, only: exp_row, exp_multiple, are_numbers
   implicit none
   private
@@ -175,29 +175,58 @@ contains
     real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(n)
-    real(wp) :: modes(n, 3), dgamma(n), worst
+    real(wp) :: modes(n, 3), flow(n), dgamma(n), worst
 
     call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok .or. .not. (worst > self%yield**2 .or. self%is_awake)) return
-    call find_plane_flow(self, n, state, modes, dgamma, worst, ok)
-    if (.not. worst > 0.0_wp) return
-    call flow_in_plane(n, self%bulk, self%shear, modes, stress, through)
-    state(:, 1) = state(:, 1) + dgamma
+    call find_plane_flow(self, n, state, modes, flow, dgamma, worst, ok)
+    if (worst > 0.0_wp) call finish_plane_flow(self, n, modes, flow, dgamma, stress, state, through)
   end subroutine update_plane
+
+  !> `strain_of_modes` and `flow_in_plane` in one loop. What does not flow keeps its bits.
+  pure subroutine finish_plane_flow(self, n, modes, flow, dgamma, stress, eqps, through)
+    class(voce_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: modes(n, 3), flow(n), dgamma(n)
+    real(wp), intent(inout) :: stress(n, 3), eqps(n), through(n)
+    real(wp), parameter :: root3 = sqrt(3.0_wp)
+    real(wp) :: areal, shear3, thinning, twist, x1, x2, per, mean, half
+    integer :: l
+
+    areal = areal_modulus(self%bulk, self%shear)
+    shear3 = 3.0_wp*self%shear
+    twist = root3*self%shear
+    thinning = 1.0_wp/(1.5_wp*self%bulk)
+    !$omp simd private(x1, x2, per, mean, half)
+    do l = 1, n
+      x1 = flow(l) + areal*dgamma(l)
+      x2 = flow(l) + shear3*dgamma(l)
+      per = dgamma(l)/(x1*x2)
+      mean = areal*x2*per*modes(l, 1)
+      per = twist*x1*per
+      half = per*modes(l, 2)
+      stress(l, 1) = stress(l, 1) - (mean + half)
+      stress(l, 2) = stress(l, 2) - (mean - half)
+      stress(l, 3) = stress(l, 3) - per*modes(l, 3)
+      through(l) = through(l) - thinning*mean
+      eqps(l) = eqps(l) + dgamma(l)
+    end do
+  end subroutine finish_plane_flow
 
   !> Plastic strain of a row in plane stress, by the steps of `plane_steps` with hardening and the
   !! two moduli of von Mises in the same loops.
-  pure subroutine find_plane_flow(self, n, eqps, modes, dgamma, most, ok)
+  pure subroutine find_plane_flow(self, n, eqps, modes, flow, dgamma, most, ok)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: eqps(n)
-    real(wp), intent(inout) :: modes(n, 3)     !! of the trial, out the plastic strain
+    real(wp), intent(in) :: modes(n, 3)        !! of the trial
+    real(wp), intent(out) :: flow(n)           !! stress after it, where there is any
     real(wp), intent(out) :: dgamma(n)
     real(wp), intent(out) :: most              !! largest of them
     logical, intent(out) :: ok
     integer, parameter :: max_iterations = 60
-    real(wp), dimension(n) :: left, faded, flow
+    real(wp), dimension(n) :: left, faded
     real(wp) :: moduli(3), open
     integer :: iteration
 
@@ -213,7 +242,6 @@ contains
       ok = open <= 0.0_wp
     end do
     ok = ok .and. are_numbers(n, dgamma)
-    call strain_of_modes(n, moduli, flow, dgamma, modes)
   end subroutine find_plane_flow
 
   !> `first_step` with the flow stress.
