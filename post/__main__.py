@@ -14,6 +14,7 @@ PICTURES = (
     ("fld", "fld", "forming-limit diagram: strains in the sheet's plane and a limit curve"),
     ("force", "force", "forces of the tools against their strokes"),
     ("draw-in", "draw_in", "how far the edge of the sheet has moved inwards"),
+    ("earing", "earing", "height of the rim of a cup against the angle, beside measured ones"),
     ("springback", "springback", "angles between straight stretches of the mid-section"),
     ("material", "material", "tests of a material: stress-strain, r-values, yield locus"),
     ("compare", "compare", "a strip of the channel against reference data"))

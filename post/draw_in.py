@@ -119,7 +119,7 @@ class Outline:
             lines = [np.linspace(0, n[d], N_PER_ELEMENT * n[d] + 1) for d in (0, 1)]
             for xi, eta in (([0], lines[1]), ([n[0]], lines[1]),
                             (lines[0], [0]), (lines[0], [n[1]])):
-                line = self._line(patch, xi, eta, None)
+                line = self._line(patch, xi, eta, None)[:, self.axes]
                 edges.append((patch, xi, eta))
                 middles.append(np.concatenate([line[len(line) // 2],
                                                0.5 * (line[0] + line[-1])]))
@@ -161,10 +161,14 @@ class Outline:
             points = self._start(patch, xi, eta, zeta)
         else:
             points = patch.sample("Points", frame, xi, eta, zeta)
-        return points.reshape(-1, 3)[:, self.axes]
+        return points.reshape(-1, 3)
 
     def at(self, frame):
         """Lines (n, 2) at a frame; None: the start."""
+        return [line[:, self.axes] for line in self.in_space(frame)]
+
+    def in_space(self, frame):
+        """The same with all coordinates, (n, 3)."""
         return [self._line(*edge, frame) for edge in self.edges]
 
     def radii(self, lines, angles):

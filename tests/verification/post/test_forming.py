@@ -17,7 +17,7 @@ import numpy as np
 IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
-from post import draw_in, fld, force, limit_curve, springback  # noqa: E402
+from post import draw_in, earing, fld, force, limit_curve, springback  # noqa: E402
 from post.deck import Deck  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
 
@@ -205,6 +205,57 @@ class TestForce(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()):
             self.assertRaises(ResultsError, force.chosen, self.Histories(),
                               argparse.Namespace(tool=["die"]))
+
+
+class TestEaring(unittest.TestCase):
+    @staticmethod
+    def wave(n, angles, least=0.0):
+        """A rim of `n` ears, the first of them at `least` degrees."""
+        return 30 + np.cos(np.radians(n * (angles - least)))
+
+    def test_ears_are_counted(self):
+        quarter, whole = np.arange(0, 90.1), np.arange(0, 360.0)
+        for angles in (quarter, whole, whole - 180):
+            for n, least in ((4, 0.0), (4, 45.0), (8, 0.0)):
+                profile = earing.Profile("cup", angles, self.wave(n, angles, least))
+                self.assertEqual(profile.ears(), n)
+                self.assertAlmostEqual(profile.earing, 2, delta=0.02)
+                self.assertAlmostEqual(profile.at(least), 31, delta=0.02)
+        # Ears at 0, 50, 130, 180, 230, 310 degrees; a bump of 4 % of the earing is none.
+        heights = np.interp(quarter, [0, 15, 50, 84, 90], [41, 40, 46, 40, 40.24])
+        self.assertEqual(earing.Profile("cup", quarter, heights).ears(), 6)
+        self.assertRaises(ResultsError, earing.Profile, "cup", quarter[:60], heights[:60])
+
+    def test_the_mean_of_the_quarters_counts(self):
+        angles = np.arange(0, 360, 1.0)
+        tilted = self.wave(4, angles) + 0.3 * np.cos(np.radians(angles - 20))
+        np.testing.assert_allclose(earing.Profile("cup", angles, tilted).at([0, 45, 90]),
+                                   [31, 29, 31], atol=0.01)
+
+    def test_the_rim_above_the_lowest_place(self):
+        deck = os.path.join(PROJECT, "input", "disk_punch.key")
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "disk.h5")
+            subprocess.run([IGAFORM, deck, "--quiet", "--threads", "1", "--out", path, "--set",
+                            "n=2", "--set", "element=SHELL"], check=True, capture_output=True)
+            with Results(path) as results:
+                angles, heights = earing.rim_of(results)
+        self.assertGreater(np.ptp(angles), 350)
+        # The clamped edge stays; the ball has pushed the middle of the lower face down by 10 mm.
+        np.testing.assert_allclose(heights, heights.mean(), atol=1e-9)
+        self.assertAlmostEqual(heights.mean(), 10.5, delta=0.5)
+
+    def test_tables_that_hold_no_heights_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "rim.csv")
+            self.assertRaises(ResultsError, earing.table_of, path)
+            for text in ("angle, height\n0, 1\n", "0\n45\n90\n"):
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+                self.assertRaises(ResultsError, earing.table_of, path)
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("# source\nangle [degrees], height [mm]\n0, 1\n45, 2\n90, 1\n")
+            np.testing.assert_array_equal(earing.table_of(path)[1], [1, 2, 1])
 
 
 if __name__ == "__main__":
