@@ -155,8 +155,8 @@ def draw(profiles, unit):
         style = {"color": "black", "linestyle": "--"} if profile.is_measured \
             else {"color": tool_colour(k)}
         axis.plot(profile.angles, profile.heights, label=profile.name, **style)
-    axis.set(xlabel="angle from axis 1 of the sheet [degrees]", ylabel=f"height of the rim [{unit}]",
-             xlim=(0, 90), xticks=range(0, 91, 15), title="Earing")
+    axis.set(xlabel="angle from axis 1 of the sheet [degrees]", xlim=(0, 90),
+             xticks=range(0, 91, 15), ylabel=f"height of the rim [{unit}]", title="Earing")
     axis.grid(True, linewidth=0.3)
     figure.legend(fontsize=8, loc="outside lower center", ncols=3)
     return figure

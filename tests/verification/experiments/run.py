@@ -1,0 +1,86 @@
+"""Decks of input/experiments against measured values, as docs/experiments.md states them.
+
+Usage: run.py IGAFORM PROJECT_FOLDER NAME_OF_DECK
+"""
+import os
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+IGAFORM, PROJECT, NAME = sys.argv[1:4]
+sys.path.insert(0, PROJECT)
+
+from post.draw_in import Outline  # noqa: E402
+from post.earing import Profile, rim_of, table_of  # noqa: E402
+from post.results import Results  # noqa: E402
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SHELL = {"element": "SHELL", "rule": "SHEET", "mass_factor": 1}
+
+
+def run(folder, **parameters):
+    """Results of the deck with these parameters; the balance must close."""
+    path = os.path.join(folder, "experiment.h5")
+    sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
+    subprocess.run([IGAFORM, os.path.join(PROJECT, "input", "experiments", NAME + ".key"),
+                    "--quiet", "--out", path, *sets], check=True)
+    results = Results(path)
+    between("energy error", np.abs(results.history("energy_error")).max(), 0, 2e-3)
+    return results
+
+
+def between(what, value, low, high):
+    print(f"{what}: {value:.5g}, to lie from {low:.5g} to {high:.5g}")
+    assert low <= value <= high, what
+
+
+def profile(folder, **parameters):
+    with run(folder, **parameters) as results:
+        return Profile(NAME, *rim_of(results))
+
+
+def cup_2090(folder):
+    """The published constants make two ears too many; with the measured r-values they are gone."""
+    published = profile(folder)
+    between("ears", published.ears(), 8, 8)
+    between("rim at 90 above 75 degrees [mm]", np.subtract(*published.at([90, 75])), 0.4, 0.8)
+    refitted = profile(folder, potential="2090/refitted.inc")
+    between("ears, refitted", refitted.ears(), 6, 6)
+    for cup in (published, refitted):
+        between("highest place [degrees]", cup.angles[np.argmax(cup.heights)], 38, 48)
+        between("earing [mm]", cup.earing, 5, 6.5)
+
+
+def cup_6016(folder):
+    """Mean height as measured; too little earing with Yld2004-18p, too much with Hill's function."""
+    measured = Profile("measured", *table_of(os.path.join(HERE, "cup_6016.csv")))
+    between("measured earing [mm]", measured.earing, 1.3, 1.5)
+    barlat, hill = profile(folder), profile(folder, potential="6016/hill48.inc")
+    for cup in (barlat, hill):
+        between("mean height over the measured one", cup.mean / measured.mean, 0.95, 1.01)
+    between("earing with Yld2004-18p [mm]", barlat.earing, 0, 0.5)
+    between("earing with Hill's function [mm]", hill.earing, 2.5, 3.5)
+    between("ears with Hill's function", hill.ears(), 4, 4)
+    between("valley [degrees]", hill.angles[np.argmin(hill.heights)], 40, 50)
+
+
+def box_aluminium(folder):
+    """Draw-in at two depths of the punch, as solid and as shell, over the measured ones."""
+    for parameters in ({}, SHELL):
+        with run(folder, **parameters) as results:
+            outline = Outline(results)
+            moved = np.linalg.norm(results.tool_history("punch", "displacement"), axis=1)
+            at_frames = np.interp(results.times, results.tool_history("punch", "time"), moved)
+            start = np.array(outline.radii(outline.at(None), [0, 45]))
+            for stroke, measured, limits in ((15, (5.3, 3.3), (0.95, 1.15)),
+                                             (40, (28.5, 15.0), (0.96, 1.09))):
+                frame = int(np.argmin(np.abs(at_frames - stroke)))
+                drawn = start - outline.radii(outline.at(frame), [0, 45])
+                for name, value, real in zip(("side", "diagonal"), drawn, measured):
+                    between(f"draw-in at {stroke} mm, {name}, over measured", value / real, *limits)
+
+
+with tempfile.TemporaryDirectory() as scratch:
+    {"cup_2090": cup_2090, "cup_6016": cup_6016, "box_aluminium": box_aluminium}[NAME](scratch)
