@@ -79,7 +79,7 @@ def box_aluminium(folder):
                 frame = int(np.argmin(np.abs(at_frames - stroke)))
                 drawn = start - outline.radii(outline.at(frame), [0, 45])
                 for name, value, real in zip(("side", "diagonal"), drawn, measured):
-                    between(f"draw-in at {stroke} mm, {name}, over measured", value / real, *limits)
+                    between(f"{name} at {stroke} mm, draw-in over measured", value / real, *limits)
 
 
 with tempfile.TemporaryDirectory() as scratch:
