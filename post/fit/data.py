@@ -1,0 +1,190 @@
+"""The measured data of a material from its TOML file, checked: all faults are told in one go.
+
+    name = "AA6022-T4"
+    young = 70000                       # for curves of the whole strain
+    [hardening]
+    laws = ["VOCE", "SWIFT"]
+    curve = "tension.csv"               # strain, stress; or points = [[strain, stress], ...]
+    strain = "plastic"                  # or "whole"
+    uncertainty = 2                     # of the stress
+    [cyclic]
+    curve = "cyclic.csv"
+    back_stresses = 2
+    strain = "whole"
+    uncertainty = 5
+    [[tension]]                         # any number of angles from 0 to 90
+    angle = 45
+    stress = 0.968                      # yield stress over the one at 0 degrees, or
+    r = 0.37
+    uncertainty = { r = 0.01 }          # of this row; else as below
+    [biaxial]
+    stress = 1.0
+    r = 1.08                            # plastic strain 22 over 11
+    [yield]
+    functions = ["HILL48", "YLD2000"]
+    exponent = 8
+    uncertainty = { stress = 0.01, r = 0.02 }
+"""
+import difflib
+import os
+import tomllib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from post.fit.hardening import CURVES
+from post.fit.yields import FUNCTIONS
+from post.results import ResultsError
+
+NUMBER = (int, float)
+KEYS = {"name": str, "young": NUMBER, "hardening": dict, "cyclic": dict, "tension": list,
+        "biaxial": dict, "yield": dict}
+CURVE_KEYS = {"curve": str, "points": list, "strain": str, "uncertainty": NUMBER}
+PART_KEYS = {"hardening": {"laws": list, **CURVE_KEYS},
+             "cyclic": {"back_stresses": int, **CURVE_KEYS},
+             "biaxial": {"stress": NUMBER, "r": NUMBER},
+             "yield": {"functions": list, "exponent": NUMBER, "uncertainty": dict}}
+TENSION_KEYS = {"angle": NUMBER, "stress": NUMBER, "r": NUMBER, "uncertainty": dict}
+FLOWING = 0.2        # rows whose strain grows plastically by less of it are elastic: left out
+KINDS = {str: "a text", int: "a whole number", dict: "a table", list: "a list", NUMBER: "a number"}
+
+
+@dataclass
+class Material:
+    name: str
+    young: float
+    parts: dict = field(default_factory=dict)
+    curves: dict = field(default_factory=dict)     # of hardening and cyclic: plastic strain, stress
+    tension: list = field(default_factory=list)
+
+
+def read_material(path):
+    """The data of a file; `ResultsError` with all its faults."""
+    try:
+        with open(path, "rb") as file:
+            source = tomllib.load(file)
+    except OSError as fault:
+        raise ResultsError(f"there are no data '{path}': {fault.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise ResultsError(f"{path}: not TOML: {fault}") from None
+    reader = Reader(path)
+    material = reader.material(source)
+    if reader.faults:
+        raise ResultsError("\n".join(reader.faults))
+    return material
+
+
+class Reader:
+    """Takes the tables apart and notes what is wrong."""
+
+    def __init__(self, path):
+        self.path = path
+        self.faults = []
+
+    def fault(self, key, found, expected):
+        self.faults.append(f"{self.path}: {key}: found {found}; expected {expected}")
+
+    def known(self, table, keys, where):
+        """The entries that are known and of the right kind; the others are faults."""
+        good = {}
+        for key, value in table.items():
+            place = f"{where}.{key}" if where else key
+            if key not in keys:
+                near = difflib.get_close_matches(key, keys, 1, 0.5)
+                self.fault(place, "an unknown key", f"one of {', '.join(keys)}"
+                           + (f"; did you mean {near[0]}?" if near else ""))
+            elif not isinstance(value, keys[key]) or isinstance(value, bool):
+                self.fault(place, repr(value), KINDS[keys[key]])
+            else:
+                good[key] = value
+        return good
+
+    def material(self, source):
+        source = self.known(source, KEYS, "")
+        parts = {name: self.known(source[name], keys, name)
+                 for name, keys in PART_KEYS.items() if name in source}
+        tension = [self.known(row, TENSION_KEYS, f"tension {i}")
+                   for i, row in enumerate(source.get("tension", []), 1) if isinstance(row, dict)]
+        for i, row in enumerate(tension, 1):
+            if not 0 <= row.get("angle", -1) <= 90 or not {"stress", "r"} & row.keys():
+                self.fault(f"tension {i}", row,
+                           "an angle from 0 to 90 degrees and stress, r or both")
+            if row.get("stress", 1) <= 0 or row.get("r", 1) <= 0:
+                self.fault(f"tension {i}", row, "stress and r above 0")
+        material = Material(source.get("name", os.path.basename(self.path)),
+                            source.get("young", 0.0), parts, {}, tension)
+        for name in ("hardening", "cyclic"):
+            if name in parts:
+                curve = self.curve(parts[name], name, material.young)
+                if curve is not None:
+                    material.curves[name] = curve
+        self.names(parts.get("hardening", {}).get("laws", []), CURVES, "hardening.laws")
+        self.names(parts.get("yield", {}).get("functions", []), FUNCTIONS, "yield.functions")
+        if parts.get("cyclic", {}).get("back_stresses", 1) < 1:
+            self.fault("cyclic.back_stresses", parts["cyclic"]["back_stresses"], "at least 1")
+        if not {"hardening", "cyclic", "yield"} & parts.keys():
+            self.fault("the file", "nothing to fit", "[hardening], [cyclic] or [yield]")
+        for where, table in [("yield", parts.get("yield", {})),
+                             *((f"tension {i}", row) for i, row in enumerate(tension, 1))]:
+            for key, value in self.known(table.get("uncertainty", {}),
+                                         {"stress": NUMBER, "r": NUMBER},
+                                         f"{where}.uncertainty").items():
+                if value <= 0:
+                    self.fault(f"{where}.uncertainty.{key}", value, "a number above 0")
+        if "yield" in parts and not tension:
+            self.fault("yield", "no [[tension]]", "stresses and r-values to fit")
+        return material
+
+    def names(self, found, known, where):
+        for name in found:
+            if name not in known:
+                near = difflib.get_close_matches(str(name).upper(), known, 1, 0.5)
+                self.fault(where, repr(name), f"one of {', '.join(known)}"
+                           + (f"; did you mean {near[0]}?" if near else ""))
+
+    def curve(self, part, where, young):
+        """Plastic strain and stress, from a file or from points."""
+        if ("curve" in part) == ("points" in part):
+            self.fault(where, "both curve and points" if "curve" in part else
+                       "neither curve nor points", "one of them")
+            return None
+        rows = part.get("points")
+        if rows is None:
+            rows = self.table(os.path.join(os.path.dirname(self.path), part["curve"]), where)
+            if rows is None:
+                return None
+        try:
+            strain, stress = np.array(rows, float).T
+        except ValueError:
+            self.fault(where, "rows of other than two numbers", "strain, stress")
+            return None
+        least = 3 if where == "hardening" else 8
+        if len(strain) < least:
+            self.fault(where, f"{len(strain)} rows", f"at least {least}")
+            return None
+        if part.get("strain", "plastic") not in ("plastic", "whole"):
+            self.fault(f"{where}.strain", repr(part["strain"]), "plastic or whole")
+        elif part.get("strain") == "whole":
+            if young <= 0:
+                self.fault("young", "nothing", f"Young's modulus, for the whole strain of {where}")
+                return None
+            plastic = strain - stress / young
+            flows = np.abs(np.diff(plastic, prepend=0.0)) > FLOWING * np.abs(np.diff(strain,
+                                                                                     prepend=0.0))
+            strain, stress = plastic[flows], stress[flows]
+        return strain, stress
+
+    def table(self, path, where):
+        """The rows of a CSV file of two columns; lines of text and of # are left out."""
+        rows = []
+        try:
+            with open(path, encoding="utf-8") as file:
+                for line in file:
+                    try:
+                        rows.append([float(word) for word in line.split(",")[:2]])
+                    except ValueError:
+                        continue
+        except OSError as fault:
+            self.fault(f"{where}.curve", f"'{path}': {fault.strerror}", "a file of strain, stress")
+            return None
+        return rows

@@ -1,0 +1,58 @@
+"""Flow curves of *PLASTIC, and the stress of a cyclic test with back stresses."""
+from dataclasses import dataclass
+
+import numpy as np
+
+
+def voce(p, e):
+    return p[0] + p[1] * (1 - np.exp(-p[2] * e))
+
+
+def swift(p, e):
+    return p[0] * (p[1] + e) ** p[2]
+
+
+def ludwik(p, e):
+    return p[0] + p[1] * e ** p[2]
+
+
+@dataclass(frozen=True)
+class Curve:
+    name: str            # value of HARDENING of *PLASTIC
+    value: object        # function of constants and plastic strain
+    constants: tuple     # their names, in the order of the data line
+    start: object        # function of strains and stresses: where the search begins
+    low: tuple           # least constants
+
+
+def voce_start(e, s):
+    return [s[0], max(s[-1] - s[0], 1e-3 * s[-1]), 3 / max(e[-1], 1e-6)]
+
+
+def swift_start(e, s):
+    return [s[-1] / max(e[-1], 1e-6) ** 0.2, 0.01, 0.2]
+
+
+CURVES = {one.name: one for one in (
+    Curve("VOCE", voce, ("sigma_0", "Q", "b"), voce_start, (1e-9, 0, 0)),
+    Curve("SWIFT", swift, ("K", "eps_0", "n"), swift_start, (1e-9, 1e-9, 0)),
+    Curve("LUDWIK", ludwik, ("sigma_0", "K", "n"),
+          lambda e, s: [0.9 * s[0], s[-1] - 0.9 * s[0], 0.5], (1e-9, 0, 1e-3)))}
+
+
+def cyclic_stress(p, strain, n_back):
+    """Stress along a path of plastic strains with turning points, by Voce and `n_back` back
+    stresses of Armstrong and Frederick: p = sigma_0, Q, b, then C and gamma of each. Exact where the path
+    goes on in one direction."""
+    eqps, back = 0.0, np.zeros(n_back)
+    c, gamma = np.array(p[3::2]), np.array(p[4::2])
+    stress = np.empty(len(strain))
+    way = 1.0
+    for i, step in enumerate(np.diff(strain, prepend=0.0)):
+        way = np.sign(step) if step else way
+        fade = np.exp(-gamma * abs(step))
+        back = back * fade + way * c * np.where(gamma > 1e-9, (1 - fade) / np.maximum(gamma, 1e-9),
+                                                abs(step))
+        eqps += abs(step)
+        stress[i] = back.sum() + way * voce(p, eqps)
+    return stress
