@@ -42,8 +42,8 @@ CURVES = {one.name: one for one in (
 
 def cyclic_stress(p, strain, n_back):
     """Stress along a path of plastic strains with turning points, by Voce and `n_back` back
-    stresses of Armstrong and Frederick: p = sigma_0, Q, b, then C and gamma of each. Exact where the path
-    goes on in one direction."""
+    stresses of Armstrong and Frederick: p = sigma_0, Q, b, then C and gamma of each. Exact where
+    the path goes on in one direction."""
     eqps, back = 0.0, np.zeros(n_back)
     c, gamma = np.array(p[3::2]), np.array(p[4::2])
     stress = np.empty(len(strain))
