@@ -1,4 +1,4 @@
-"""Tests of one material point: stress-strain, hardening, r-values and yield locus."""
+"""Tests of one material point: stress-strain, hardening, r-values, yield locus, limit strains."""
 import numpy as np
 
 from post.results import ResultsError, open_results, text_of
@@ -9,7 +9,7 @@ CURVES = {
     "UNIAXIAL": (0, 0, 1), "CYCLIC": (0, 0, 1), "PLANE STRAIN": (0, 0, 1),
     "COMPRESSION": (2, 2, -1), "SIMPLE SHEAR": (3, 3, 1),
 }
-TABLES = ("R VALUES", "YIELD LOCUS")
+TABLES = ("R VALUES", "YIELD LOCUS", "FORMING LIMIT")
 
 COLOURS = plt.get_cmap("tab10").colors
 
@@ -43,7 +43,7 @@ def draw(tests):
     """A panel for each kind of result that is there."""
     curves = {name: test for name, test in tests.items() if kind(test) not in TABLES}
     drawings = [(draw_curves, curves), (draw_hardening, curves)]
-    for name, drawing in zip(TABLES, (draw_r_values, draw_locus)):
+    for name, drawing in zip(TABLES, (draw_r_values, draw_locus, draw_limits)):
         drawings.append((drawing, {n: t for n, t in tests.items() if kind(t) == name}))
     drawings = [(drawing, group) for drawing, group in drawings if group]
     n_columns = min(2, len(drawings))
@@ -140,3 +140,10 @@ def draw_locus(panel, tests):
         panel.set(xlabel=f"stress 11 [{unit(test, 'stress')}]",
                   ylabel=f"stress 22 [{unit(test, 'stress')}]")
     panel.set_aspect("equal")
+
+
+def draw_limits(panel, tests):
+    for i, (name, test) in enumerate(tests.items()):
+        panel.plot(test["minor"][:], test["major"][:], ".-", color=colour(i), label=name)
+    panel.set_ylim(0, None)
+    panel.set(xlabel="minor strain", ylabel="major strain at the limit")

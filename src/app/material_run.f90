@@ -16,7 +16,8 @@ module material_run
   use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
   use error_report, only: report_errors
-  use material_test, only: new_test_rows, fill_table, table_heads, stop_words, fill_rows
+  use material_test, only: new_test_rows, fill_table, table_heads, fill_rows
+  use material_point, only: stop_words
   use child_process, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of, &
                            begin_rows, end_rows, is_ended, end_process
   use interrupt, only: watch_signals, stop_signal_name, is_stop_wanted

@@ -2,7 +2,7 @@
 !! the copy ends.
 module test_process
   use text, only: to_text
-  use material_test, only: stop_words
+  use material_point, only: stop_words
   use child_process, only: fork_process, has_ended, send_signal, stop_signal, insist_on_end, &
                            pause_briefly, end_with_parent
   use interrupt, only: is_stop_wanted, is_end_wanted

@@ -64,6 +64,7 @@ contains
     test%n_increments = option_integer(record, "INCREMENTS")
     test%rate = option_real(record, "RATE")
     test%is_plane = option_text(record, "STRESS STATE") == "PLANE STRESS"
+    test%is_plane = test%is_plane .or. test%kind == "FORMING LIMIT"
     if (test%is_plane .and. test%kind == "COMPRESSION") &
       call add_error(errors, record%origin, "STRESS STATE=PLANE STRESS with TYPE=COMPRESSION, "// &
                      "which needs a stress 33", "STRESS STATE=THREE DIMENSIONAL")
@@ -79,6 +80,10 @@ contains
     case ("YIELD LOCUS")
       test%n_repeats = field_integer(record, 1, 1)
       test%threshold = field_real(record, 1, 2)
+    case ("FORMING LIMIT")
+      test%groove = field_real(record, 1, 1)
+      test%n_repeats = field_integer(record, 1, 2)
+      test%step = field_real(record, 1, 3)
     case default
       test%strain = field_real(record, 1, 1)
       if (test%kind == "CYCLIC" .or. test%kind == "R VALUES") then

@@ -274,6 +274,8 @@ module scene
     real(wp) :: strain = 0.0_wp             !! logarithmic; simple shear: gamma
     integer :: n_repeats = 1                !! cycles, angles or directions
     real(wp) :: threshold = 0.0_wp          !! plastic strain that counts as yielding
+    real(wp) :: groove = 1.0_wp             !! FORMING LIMIT: its thickness over that of the sheet
+    real(wp) :: step = 0.0_wp               !! and the increment of the major strain
     logical :: is_stress(6) = .false.       !! PATH: components that are stresses
     real(wp), allocatable :: path(:, :)     !! PATH: time and six components, shape (7, corners)
     real(wp), allocatable :: state(:)       !! state variables at the start, the others being zero

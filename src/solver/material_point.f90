@@ -21,6 +21,9 @@ module material_point
 
   public :: new_point, new_control, strain_to_frame, stress_to_frame, advance, plastic_strain
 
+  !> How the failure of a test begins that a signal has stopped.
+  character(*), parameter, public :: stop_words = "stopped by a signal"
+
   character(2), parameter :: components(6) = ["11", "22", "33", "12", "13", "23"]
 
   !> Where the point has come to. Components 11, 22, 33, 12, 13, 23, engineering shear strains.

@@ -1,5 +1,5 @@
 !> Tests of a law on one material point: tension, shear, cycles and the like as rows against time,
-!! r-values over the angle to the rolling direction, a section of the yield surface.
+!! r-values over the angle to the rolling direction, a section of the yield surface, limit strains.
 module material_test
   use kinds, only: wp
   use failure, only: error_t, fail
@@ -9,7 +9,8 @@ module material_test
   use block_law, only: block_law_t
   use simple_shear, only: simple_shear_of, shear_limit
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
-                            strain_to_frame, stress_to_frame, plastic_strain
+                            strain_to_frame, stress_to_frame, plastic_strain, stop_words
+  use forming_limit, only: find_limit, ratio_of
   use result_table, only: result_table_t, add_column, tensor_components
   use child_process, only: shared_rows_t, new_rows, begin_rows, add_row, end_rows, values_of
   implicit none
@@ -17,10 +18,10 @@ module material_test
 
   public :: test_problem, new_test_rows, fill_rows, fill_table, table_heads
 
-  !> How the failure of a test begins that a signal has stopped.
-  character(*), parameter, public :: stop_words = "stopped by a signal"
-
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
+  !> Tests of plastic flow.
+  character(13), parameter :: needs_flow(3) = [character(13) :: "R VALUES", "YIELD LOCUS", &
+                                               "FORMING LIMIT"]
   integer, parameter :: n_fixed = 13   ! time, strain and stress in front of the state in a row
 
   !> What controls the point: conditions, and their values at the corners of the path.
@@ -41,7 +42,7 @@ contains
     character(:), allocatable :: reason
 
     reason = ""
-    if ((spec%kind == "R VALUES" .or. spec%kind == "YIELD LOCUS") .and. law%eqps_state == 0) then
+    if (any(spec%kind == needs_flow) .and. law%eqps_state == 0) then
       reason = "TYPE="//spec%kind//" of a material that reports no plastic strain: "
       if (law%needs_context) then
         reason = reason//"no state variable of its *DEPVAR is named EQPS or PEEQ"
@@ -64,7 +65,7 @@ contains
     case ("R VALUES")
       n_columns = 3
       n_most = spec%n_repeats
-    case ("YIELD LOCUS")
+    case ("YIELD LOCUS", "FORMING LIMIT")
       n_columns = 4
       n_most = spec%n_repeats
     case default
@@ -95,6 +96,8 @@ contains
       call find_r_values(spec, law, rows, error)
     case ("YIELD LOCUS")
       call find_yield_locus(spec, law, rows, error)
+    case ("FORMING LIMIT")
+      call find_limits(spec, law, rows, error)
     case default
       call follow(new_program(spec), law, spec, point, shear, error, rows)
       if (shear > shear_limit .and. law%shear_warning() /= "") &
@@ -112,7 +115,8 @@ contains
     heads = strings([character(200) :: &
       "time [],strain_11 [],strain_22 [],strain_33 [],strain_12 [],strain_13 [],strain_23 [],"// &
       "stress_11 [],stress_22 [],stress_33 [],stress_12 [],stress_13 [],stress_23 [],eqps []", &
-      "angle [],r_value [],stress []", "direction [],stress_11 [],stress_22 [],eqps []"])
+      "angle [],r_value [],stress []", "direction [],stress_11 [],stress_22 [],eqps []", &
+      "minor [],major [],ratio [],groove []"])
   end function table_heads
 
   !> The rows as a table with names and units.
@@ -137,6 +141,13 @@ contains
         call add_column(table, "stress", "stress", "stresses at first yield, s33 and shear "// &
                         "being zero: 11, 22", values(2:3, :), strings(["11", "22"]))
         call add_column(table, "eqps", "1", "plastic strain reached", values(4:4, :))
+      case ("FORMING LIMIT")
+        call add_column(table, "minor", "1", "minor strain at the limit, logarithmic", &
+                        values(1:1, :))
+        call add_column(table, "major", "1", "major strain at the limit", values(2:2, :))
+        call add_column(table, "ratio", "1", "minor over major strain", values(3:3, :))
+        call add_column(table, "groove", "1", "degrees from the major strain to the normal of "// &
+                        "the groove that fails first, at the end", values(4:4, :))
       case default
         call fill_history(values, law, spec, table)
       end select
@@ -321,6 +332,23 @@ contains
       end associate
     end do
   end subroutine find_yield_locus
+
+  !> Limit strains of paths from uniaxial tension to equal strains, see `forming_limit`.
+  subroutine find_limits(spec, law, rows, error)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(shared_rows_t), intent(inout) :: rows
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: ratio, limit, groove
+    integer :: i
+
+    do i = 1, spec%n_repeats
+      ratio = ratio_of(i, spec%n_repeats)
+      call find_limit(spec, law, ratio, limit, groove, error)
+      if (allocated(error)) return
+      call add_row(rows, [ratio*limit, limit, ratio, groove])
+    end do
+  end subroutine find_limits
 
   !> From zero along one direction of stress until the plastic strain passes the threshold.
   subroutine find_yield(law, direction, spec, point, error)
