@@ -7,7 +7,7 @@ module iges_directory
   use input_errors, only: error_list_t, new_origin, add_error
   use text, only: read_integer, to_text, counted
   use failure, only: error_t
-  use text_file, only: read_plain_source, next_line
+  use text_file, only: read_plain_source, read_whole_file, next_line
   implicit none
   private
 
@@ -171,20 +171,26 @@ contains
     character(:), allocatable :: contents, line
     type(error_t), allocatable :: error
     integer :: at, i, n_lines, n_before
+    logical :: is_iges
 
     file%path = path
     call read_plain_source(path, contents, error)
     if (allocated(error)) then
-      call add_error(file%errors, new_origin(path, 0, "IGES"), error%message, &
-                     "an IGES file of text")
+      call reject_file(file, error%message)
       return
     end if
     n_lines = 0
     at = 1
+    is_iges = .false.
     do while (at <= len(contents))
       call next_line(contents, at, line)
       n_lines = n_lines + 1
+      is_iges = is_iges .or. has_section(line)
     end do
+    if (.not. is_iges) then
+      call reject_file(file, "a text")
+      return
+    end if
     allocate (file%lines(n_lines))
     n_before = file%errors%n_items
     at = 1
@@ -203,6 +209,40 @@ contains
     end do
     if (file%errors%n_items == n_before) call check_sections(file)
   end subroutine read_iges_lines
+
+  !> Does a line have the letter of a section, or of another form of IGES, and a number after it?
+  logical function has_section(line)
+    character(*), intent(in) :: line
+    integer :: number
+
+    has_section = .false.
+    if (len(line) <= code_column) return
+    if (scan(line(code_column:code_column), section_codes//"BC") == 0) return
+    call read_integer(trim(adjustl(line(code_column + 1:))), number, has_section)
+  end function has_section
+
+  !> Refuse a file that is no IGES file at all, with how it begins.
+  subroutine reject_file(file, found)
+    type(iges_lines_t), intent(inout) :: file
+    character(*), intent(in) :: found                 !! what it is instead
+    integer, parameter :: n_bytes = 400, n_shown = 40
+    character(*), parameter :: blank = " "//achar(9)//achar(10)//achar(13)
+    character(:), allocatable :: head
+    logical :: is_there
+    integer :: i
+
+    call read_whole_file(file%path, head, is_there, n_bytes)
+    head = head(max(1, verify(head, blank)):)
+    i = scan(head//achar(10), achar(10)//achar(13))
+    head = head(:min(i - 1, n_shown))
+    do i = 1, len(head)
+      if (head(i:i) < " " .or. head(i:i) > "~") head(i:i) = "."
+    end do
+    if (head /= "") head = ", which begins with `"//trim(head)//"`"
+    call add_error(file%errors, new_origin(file%path, 1, "IGES"), "no IGES file but "//found// &
+                   head, "lines of 80 columns with S, G, D, P or T in column 73; STEP and BREP "// &
+                   "files are converted by `python -m post cad`")
+  end subroutine reject_file
 
   !> Line of the file on which line `i` of a section is.
   pure integer function line_number(file, section, i)

@@ -123,6 +123,17 @@ def check_made(program, folder):
                         .replace("INPUT=", f"INPUT={HERE}/").replace("0, 0, 500", "0, 0, -500"))
     yield "force on the sheet", check_acceptance(program, pressing)
 
+    for name, content in (("words.igs", b"no surfaces\n" * 30), ("plan.igs", b"\x89PNG\r\n\x1a\0")):
+        (folder / name).write_bytes(content)
+        no_iges = folder / "no_iges.key"
+        no_iges.write_text("".join(parts) + f"*BLANK OUTLINE, INPUT={name}\n"
+                           f"*TOOL, NAME=die, TYPE=IGES, INPUT={name}\n")
+        complaints = check_refusal(program, no_iges, [[f"{name}:1: error: IGES", "no IGES file",
+                                                       "begins with", "80 columns"]])
+        if len(run(program, no_iges)[0].stderr.splitlines()) > 3:
+            complaints.append("more than a line for each of its keywords")
+        yield f"no IGES file, {name}", complaints
+
     yield "log without contact", check_log(program, "good.key", folder, False)
     yield "log with contact", check_log(program, "idle_tool.key", folder, True)
 
