@@ -2,7 +2,7 @@
 !! curves (126) and composite curves (102) that stand for themselves, as polygons.
 module iges_curves
   use kinds, only: wp
-  use input_errors, only: error_list_t, new_origin, add_error, n_errors
+  use input_errors, only: origin_t, error_list_t, new_origin, add_error, n_errors
   use text, only: string_t, to_text, rounded_text, place_text, append_text, counted
   use nurbs_curve, only: nurbs_curve_t
   use trim_curve, only: trim_curve_t, spline_curves
@@ -29,10 +29,11 @@ contains
 
   !> Polygons of the curves of a file, seen along an axis. With an error among the errors there are
   !! none.
-  subroutine read_iges_loops(request, plane, loops, report, errors)
+  subroutine read_iges_loops(request, plane, loops, origins, report, errors)
     type(iges_request_t), intent(in) :: request       !! path, place and unit of it count
     integer, intent(in) :: plane(2)                   !! coordinates that are kept
     type(polygon_t), allocatable, intent(out) :: loops(:)   !! corners in the unit of the deck
+    type(origin_t), allocatable, intent(out) :: origins(:)  !! of the first entity of each
     type(string_t), allocatable, intent(out) :: report(:)   !! lines for the log
     type(error_list_t), intent(inout) :: errors
     type(iges_model_t) :: model
@@ -42,14 +43,14 @@ contains
     integer :: n_before
 
     n_before = n_errors(errors)
-    allocate (loops(0), report(0))
+    allocate (loops(0), origins(0), report(0))
     model%file%errors = errors
     call read_iges_model(request%path, model)
     if (n_errors(model%file%errors) == n_before) call select_curves(model, taken)
     if (n_errors(model%file%errors) == n_before) call read_taken(model, taken, curves)
     if (n_errors(model%file%errors) == n_before) then
       call flatten(curves, plane, length_factor(model, request), lines)
-      call close_lines(model, request, taken, lines, loops)
+      call close_lines(model, request, taken, lines, loops, origins)
     end if
     errors = model%file%errors
     if (n_errors(errors) > n_before) return
@@ -131,20 +132,26 @@ contains
   end subroutine flatten
 
   !> Chain the lines to loops; what is open is an error with its gap.
-  subroutine close_lines(model, request, taken, lines, loops)
+  subroutine close_lines(model, request, taken, lines, loops, origins)
     type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request
     integer, intent(in) :: taken(:)
     type(polygon_t), intent(in) :: lines(:)
     type(polygon_t), allocatable, intent(out) :: loops(:)
+    type(origin_t), allocatable, intent(out) :: origins(:)
     type(chain_fault_t) :: fault
+    integer, allocatable :: first(:)
     real(wp) :: extent, tolerance
     integer :: i, a
 
     extent = maxval([(maxval([(maxval(lines(i)%corners(a, :)), i=1, size(lines))]) &
                       - minval([(minval(lines(i)%corners(a, :)), i=1, size(lines))]), a=1, 2)])
     tolerance = max(model%global%resolution*length_factor(model, request), open*extent)
-    call chain_lines(lines, tolerance, loops, fault)
+    call chain_lines(lines, tolerance, loops, fault, first)
+    allocate (origins(size(loops)))
+    do i = 1, size(loops)
+      origins(i) = entry_origin(model, taken(first(i)))
+    end do
     if (fault%line == 0) return
     if (fault%is_branch) then
       call reject_entity(model, taken(fault%line), "three curves that meet at "// &

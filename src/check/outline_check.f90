@@ -65,7 +65,8 @@ contains
         if (.not. trim%is_flat .or. trim%step <= 1) cycle
         call cut_blank(trim, blank, error, share)
         if (allocated(error)) then
-          call add_error(errors, origin, error%message, "curves that keep a part of the sheet")
+          call add_error(errors, origin, error%message, "curves that meet the sheet "// &
+                         "and keep a part of it")
           return
         end if
         if (.not. share > 0.0_wp) call add_warning(errors, origin, &

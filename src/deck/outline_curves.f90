@@ -3,20 +3,24 @@ module outline_curves
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: origin_t, error_list_t, add_error
-  use text, only: place_text
-  use outline, only: add_polygon, signed_area, find_crossing
+  use text, only: to_text, rounded_text, place_text
+  use outline, only: polygon_t, add_polygon, signed_area
+  use polygon_crossings, only: crossing_t, find_crossing
   use point_spline, only: spline_corners
   use scene, only: outline_spec_t
   implicit none
   private
 
-  public :: end_curve, add_corner, add_arc, arc_through, add_spline, check_curves
+  public :: end_curve, add_corner, add_arc, arc_through, add_spline, check_curves, plane_of
 
   !> Angle between the corners of an arc: they lie off it by less than 1e-8 of its radius.
   real(wp), parameter :: smallest_turn = 2.5e-4_wp
   !> How far corners may lie off a spline, of its extent.
   real(wp), parameter :: off_spline = 1.0e-8_wp
   real(wp), parameter :: one = 1.0e-9_wp      ! of the extent, a distance that is none
+  !> Of the extent of all curves: those with a smaller gap touch. Arcs of their size lie off their
+  !> corners by less.
+  real(wp), parameter :: touch = 1.0e-7_wp
   real(wp), parameter :: pi = acos(-1.0_wp)
 
   !> Corners of a curve under way.
@@ -44,42 +48,113 @@ contains
     corners = curve%at(:, :curve%n)
     curve%n = 0
     if (.not. abs(signed_area(corners)) > one*extent**2) then
-      call add_error(errors, origin, "a curve without area, which ends on this line", &
-                     "at least three corners that enclose an area")
+      call refuse_flat(origin, corners, outline%axis, errors)
       return
     end if
     call add_polygon(outline%polygons, corners)
+    outline%origins = [outline%origins, origin]
   end subroutine end_curve
 
-  !> Refuse curves that are there twice, and such that cross.
-  subroutine check_curves(origin, outline, errors)
-    type(origin_t), intent(in) :: origin                !! of the keyword
+  !> A curve whose area is nothing: a line, or loops whose areas cancel each other.
+  subroutine refuse_flat(origin, corners, axis, errors)
+    type(origin_t), intent(in) :: origin
+    real(wp), intent(in) :: corners(:, :)
+    integer, intent(in) :: axis
+    type(error_list_t), intent(inout) :: errors
+    type(polygon_t) :: one_curve(1)
+    type(crossing_t) :: found
+
+    one_curve(1)%corners = corners
+    call find_crossing(one_curve, 0.0_wp, found)
+    if (found%polygons(1) > 0 .and. .not. found%is_touch) then
+      call add_error(errors, origin, "a curve that crosses itself at "// &
+                     place_text(in_space(found%place, axis)), "curves that do not cross")
+    else
+      call add_error(errors, origin, "a curve without area, which ends on this line: "// &
+                     rounded_text(norm2(maxval(corners, 2) - minval(corners, 2)))// &
+                     " long, from "//place_text(in_space(corners(:, 1), axis)), &
+                     "at least three corners that enclose an area")
+    end if
+  end subroutine refuse_flat
+
+  !> A place of the plane of the curves, with 0 along their axis.
+  pure function in_space(place, axis) result(x)
+    real(wp), intent(in) :: place(2)
+    integer, intent(in) :: axis
+    real(wp) :: x(3)
+
+    x = 0.0_wp
+    x(plane_of(axis)) = place
+  end function in_space
+
+  !> The two coordinates across an axis, in cyclic order.
+  pure function plane_of(axis) result(plane)
+    integer, intent(in) :: axis
+    integer :: plane(2)
+
+    plane = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1]
+  end function plane_of
+
+  !> Refuse curves of a keyword that are there twice, that cross, or that touch: what lies inside
+  !! would hang together in a point.
+  subroutine check_curves(outline, errors)
     type(outline_spec_t), intent(in) :: outline
     type(error_list_t), intent(inout) :: errors
-    logical :: is_crossing
-    real(wp) :: place(2)
+    type(crossing_t) :: found
+    character(:), allocatable :: words
+    real(wp) :: extent
+    integer :: p, a
+    logical :: has_twins
 
-    if (size(outline%polygons) == 0) return
-    call refuse_twins(origin, outline, errors)
-    call find_crossing(outline%polygons, is_crossing, place)
-    if (is_crossing) call add_error(errors, origin, "curves that cross at "// &
-                                    place_text([place, 0.0_wp]), "curves that do not cross")
+    associate (polygons => outline%polygons)
+      if (size(polygons) == 0) return
+      call refuse_twins(outline, has_twins, errors)
+      if (has_twins) return
+      extent = maxval([(maxval([(maxval(polygons(p)%corners(a, :)), p=1, size(polygons))]) &
+                        - minval([(minval(polygons(p)%corners(a, :)), p=1, size(polygons))]), &
+                        a=1, 2)])
+      call find_crossing(polygons, touch*extent, found)
+    end associate
+    if (found%polygons(1) == 0) return
+    where (abs(found%place) < touch*extent) found%place = 0.0_wp
+    words = trim(merge("touch", "cross", found%is_touch))
+    if (found%polygons(1) == found%polygons(2)) then
+      words = "a curve that "//words//"es itself"
+    else
+      words = "curves that "//words
+    end if
+    words = words//" at "//place_text(in_space(found%place, outline%axis))
+    if (found%is_touch) words = words//" (a gap of "//rounded_text(found%gap)//")"
+    associate (other => outline%origins(found%polygons(1)), own => outline%origins( &
+               found%polygons(2)))
+      if (found%polygons(1) /= found%polygons(2)) words = words//", this one and that of "// &
+        other%file//":"//to_text(other%line)
+      if (found%is_touch) then
+        call add_error(errors, own, words, "a gap of more than "//rounded_text(touch*extent)// &
+                       ", or one curve around both")
+      else
+        call add_error(errors, own, words, "curves that do not cross")
+      end if
+    end associate
   end subroutine check_curves
 
   !> The same curve twice is one within the other nowhere.
-  subroutine refuse_twins(origin, outline, errors)
-    type(origin_t), intent(in) :: origin
+  subroutine refuse_twins(outline, has_twins, errors)
     type(outline_spec_t), intent(in) :: outline
+    logical, intent(out) :: has_twins
     type(error_list_t), intent(inout) :: errors
     integer :: p, q
 
+    has_twins = .false.
     do p = 2, size(outline%polygons)
       do q = 1, p - 1
         associate (a => outline%polygons(p)%corners, b => outline%polygons(q)%corners)
           if (size(a) /= size(b)) cycle
           if (any(abs(a - b) > 0.0_wp)) cycle
-          call add_error(errors, origin, "the same curve twice, at "// &
-                         place_text([a(:, 1), 0.0_wp]), "it once")
+          has_twins = .true.
+          call add_error(errors, outline%origins(p), "the same curve twice, at "// &
+                         place_text(in_space(a(:, 1), outline%axis))//", here and at "// &
+                         outline%origins(q)%file//":"//to_text(outline%origins(q)%line), "it once")
         end associate
       end do
     end do

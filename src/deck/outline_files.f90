@@ -3,7 +3,7 @@
 module outline_files
   use kinds, only: wp
   use failure, only: error_t
-  use input_errors, only: error_list_t, new_origin, add_error
+  use input_errors, only: origin_t, error_list_t, new_origin, add_error
   use text, only: string_t, read_real, to_text, counted
   use text_file, only: path_beside, read_plain_source, next_line
   use outline, only: polygon_t, add_polygon
@@ -12,7 +12,7 @@ module outline_files
   use scene, only: scene_t, outline_spec_t
   use deck_records, only: record_t, option_text, is_option_given
   use cad_source, only: add_source, ending_of, is_for_converter, deck_unit
-  use outline_curves, only: corners_t, end_curve, add_corner
+  use outline_curves, only: corners_t, end_curve, add_corner, plane_of
   implicit none
   private
 
@@ -39,6 +39,10 @@ contains
     if (.not. is_there) then
       call add_error(errors, record%origin, "no file `"//file%value//"`", &
                      "the path of a CSV or IGES file, as the deck's folder sees it")
+      return
+    end if
+    if (is_for_converter(file%value)) then
+      call refuse_kind(file%value, record, errors)
       return
     end if
     select case (ending_of(file%value))
@@ -82,27 +86,20 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(iges_request_t) :: request
     type(polygon_t), allocatable :: loops(:)
+    type(origin_t), allocatable :: origins(:)
     type(corners_t) :: curve
     integer :: p
 
     request%path = path
     request%origin = record%origin
     request%unit = deck_unit(record, units)
-    call read_iges_loops(request, plane_of(outline%axis), loops, outline%notes, errors)
+    call read_iges_loops(request, plane_of(outline%axis), loops, origins, outline%notes, errors)
     do p = 1, size(loops)
       curve%at = loops(p)%corners
       curve%n = size(curve%at, 2)
-      call end_curve(new_origin(path, 0, record%origin%keyword), curve, outline, errors)
+      call end_curve(origins(p), curve, outline, errors)
     end do
   end subroutine read_curves
-
-  !> The two coordinates across an axis, in cyclic order.
-  pure function plane_of(axis) result(plane)
-    integer, intent(in) :: axis
-    integer :: plane(2)
-
-    plane = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1]
-  end function plane_of
 
   !> A table of corners, one a line; empty lines separate the curves. Two columns are the
   !! coordinates as data lines have them, three are x, y and z. A first line of column names and
@@ -135,7 +132,7 @@ contains
       call next_line(contents, place, line)
       number = number + 1
       line = trim(adjustl(line))
-      if (line == "") call end_curve(new_origin(path, number, keyword), curve, outline, errors)
+      if (line == "") call end_curve(new_origin(path, number - 1, keyword), curve, outline, errors)
       if (line == "" .or. scan(line, "#$") == 1 .or. index(line, "**") == 1) cycle
       call read_numbers(line, x, n_columns)
       if (n_columns == 2 .or. n_columns == 3) then

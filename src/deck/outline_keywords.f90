@@ -44,14 +44,14 @@ contains
         outline%name = option_text(record, "NAME")
         outline%is_outside = option_text(record, "KEEP") == "OUTSIDE"
         outline%axis = index("XYZ", option_text(record, "DIRECTION"))
-        allocate (outline%polygons(0), outline%notes(0))
+        allocate (outline%polygons(0), outline%origins(0), outline%notes(0))
         if (.not. record%is_valid) cycle
         if (record%n_lines == 0 .and. .not. is_option_given(record, "INPUT")) &
           call add_error(errors, record%origin, "0 data lines and no option INPUT", &
                          "curves on data lines, or INPUT=file.csv or file.igs")
         call read_outline_file(record, scene, outline, errors)
         call read_curves(deck, record, outline, errors)
-        call check_curves(record%origin, outline, errors)
+        call check_curves(outline, errors)
       end associate
     end do
     call move_alloc(outlines, scene%outlines)

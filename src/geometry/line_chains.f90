@@ -85,17 +85,18 @@ contains
 
   !> Closed loops of lines that may run either way and be in any order. Ends that are no farther
   !! apart than the tolerance meet, and become the end of the line that comes first.
-  pure subroutine chain_lines(lines, tolerance, loops, fault)
+  pure subroutine chain_lines(lines, tolerance, loops, fault, first)
     type(polygon_t), intent(in) :: lines(:)          !! from their first corner to their last
     real(wp), intent(in) :: tolerance                !! [length]
     type(polygon_t), allocatable, intent(out) :: loops(:)
     type(chain_fault_t), intent(out) :: fault
+    integer, allocatable, intent(out) :: first(:)    !! line with which each loop begins
     logical :: is_used(size(lines)), is_turned
     real(wp), allocatable :: corners(:, :)
     real(wp) :: gap
     integer :: i, next, last
 
-    allocate (loops(0))
+    allocate (loops(0), first(0))
     is_used = .false.
     do i = 1, size(lines)
       if (is_used(i) .or. is_short(lines(i)%corners, tolerance)) cycle
@@ -121,6 +122,7 @@ contains
         call append(lines(next)%corners, is_turned, corners)
       end do
       call add_polygon(loops, corners(:, :size(corners, 2) - 1))
+      first = [first, i]
     end do
   end subroutine chain_lines
 

@@ -11,7 +11,7 @@ module outline
   private
 
   public :: new_region, add_polygon, join_regions, cut_cells, is_inside, inside_distance, &
-            signed_area, find_crossing
+            signed_area, cut_to_box
 
   integer, parameter, public :: n_moments = 6     !! of 1, x, y, x^2, x y, y^2
 
@@ -300,89 +300,6 @@ contains
                  .or. any(min(first, second) >= bounds(:, 2) - little)
   end function runs_along
 
-  !> Do polygons cross themselves or each other? Segments are compared that share a strip across the
-  !! first axis.
-  pure subroutine find_crossing(polygons, is_found, place)
-    type(polygon_t), intent(in) :: polygons(:)
-    logical, intent(out) :: is_found
-    real(wp), intent(out) :: place(2)              !! of one
-    integer, parameter :: most_strips = 4096
-    real(wp), allocatable :: ends(:, :)            ! of the segments, (4, n)
-    integer, allocatable :: first(:), last(:)
-    integer, allocatable :: list(:), begin(:)      ! segments of each strip, and where it begins
-    real(wp) :: low, width
-    integer :: n, m, p, i, s, k, n_strips
-
-    is_found = .false.
-    place = 0.0_wp
-    allocate (ends(4, sum([(size(polygons(p)%corners, 2), p=1, size(polygons))])))
-    n = 0
-    do p = 1, size(polygons)
-      associate (c => polygons(p)%corners)
-        m = size(c, 2)
-        ends(:2, n + 1:n + m) = c
-        ends(3:, n + 1:n + m) = cshift(c, 1, 2)
-        n = n + m
-      end associate
-    end do
-    n_strips = min(n, most_strips)
-    low = minval(ends(1, :))
-    width = max((maxval(ends(1, :)) - low)/n_strips, tiny(1.0_wp))
-    first = min(n_strips, 1 + int((min(ends(1, :), ends(3, :)) - low)/width))
-    last = min(n_strips, 1 + int((max(ends(1, :), ends(3, :)) - low)/width))
-    call sort_into_strips(n_strips, first, last, begin, list)
-    do s = 1, n_strips
-      do i = begin(s), begin(s + 1) - 1
-        do k = i + 1, begin(s + 1) - 1
-          if (.not. do_cross(ends(:, list(i)), ends(:, list(k)))) cycle
-          is_found = .true.
-          place = 0.5_wp*(ends(:2, list(i)) + ends(3:, list(i)))
-          return
-        end do
-      end do
-    end do
-  end subroutine find_crossing
-
-  !> The segments of each strip in their order, strip after strip.
-  pure subroutine sort_into_strips(n_strips, first, last, begin, list)
-    integer, intent(in) :: n_strips, first(:), last(:)    !! strips of each segment
-    integer, allocatable, intent(out) :: begin(:)         !! of each strip in the list, and its end
-    integer, allocatable, intent(out) :: list(:)
-    integer, allocatable :: next(:)
-    integer :: i, s
-
-    allocate (begin(n_strips + 1), source=0)
-    begin(1) = 1
-    do i = 1, size(first)
-      begin(first(i) + 1:last(i) + 1) = begin(first(i) + 1:last(i) + 1) + 1
-    end do
-    do s = 1, n_strips
-      begin(s + 1) = begin(s) + begin(s + 1)
-    end do
-    allocate (list(begin(n_strips + 1) - 1))
-    next = begin(:n_strips)
-    do i = 1, size(first)
-      do s = first(i), last(i)
-        list(next(s)) = i
-        next(s) = next(s) + 1
-      end do
-    end do
-  end subroutine sort_into_strips
-
-  !> Do two segments cross, each with its ends on either side of the other?
-  pure logical function do_cross(a, b)
-    real(wp), intent(in) :: a(4), b(4)             !! both ends
-
-    do_cross = turn(a(:2), a(3:), b(:2))*turn(a(:2), a(3:), b(3:)) < 0.0_wp &
-               .and. turn(b(:2), b(3:), a(:2))*turn(b(:2), b(3:), a(3:)) < 0.0_wp
-  end function do_cross
-
-  pure real(wp) function turn(a, b, c)
-    real(wp), intent(in) :: a(2), b(2), c(2)
-
-    turn = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
-  end function turn
-
   !> Is a place within a polygon? By the crossings of a ray along the first axis.
   pure logical function is_within(corners, place)
     real(wp), intent(in) :: corners(:, :), place(2)
@@ -435,6 +352,22 @@ contains
       j = i
     end do
   end function polygon_moments
+
+  !> Cut a polygon to a box; nothing is left of one that lies outside, or of a line.
+  pure subroutine cut_to_box(corners, low, high, cut)
+    real(wp), intent(in) :: corners(:, :)          !! shape (2, n)
+    real(wp), intent(in) :: low(2), high(2)
+    real(wp), allocatable, intent(inout) :: cut(:, :)
+    real(wp), allocatable :: rest(:, :)
+    integer :: a
+
+    cut = corners
+    do a = 1, 2
+      call clip(cut, a, low(a), 1.0_wp, rest)
+      call clip(rest, a, high(a), -1.0_wp, cut)
+    end do
+    if (size(cut, 2) < 3) cut = cut(:, :0)
+  end subroutine cut_to_box
 
   !> Cut polygons to a strip.
   pure subroutine clip_all(polygons, axis, low, high, cut)

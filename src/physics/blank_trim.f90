@@ -7,7 +7,7 @@ module blank_trim
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
-  use outline, only: polygon_t, region_t, new_region
+  use outline, only: polygon_t, region_t, new_region, cut_to_box
   use element, only: element_t
   use shell_setup, only: mid_surface
   use blank, only: blank_t, mass_of
@@ -50,8 +50,8 @@ contains
     associate (element => blank%parts(1)%element)
       do p = 1, size(polygons)
         call project(element, trim, trim%polygons(p)%corners, polygons(p)%corners, error)
-        if (.not. allocated(error) .and. trim%step == 0) &
-          call check_reach(element, trim, polygons(p)%corners, error)
+        if (.not. allocated(error) .and. must_be_within(trim)) &
+          call check_reach(element, polygons(p)%corners, error)
         if (allocated(error)) return
       end do
       call new_region(regions(1), polygons, trim%is_outside)
@@ -79,17 +79,22 @@ contains
     end do
   end subroutine trim_pairs
 
-  !> Refuse an outline that is wider than the sheet.
-  subroutine check_reach(element, trim, corners, error)
-    class(element_t), intent(in) :: element
+  !> An outline within which the blank lies has all of it; other curves may leave the sheet.
+  pure logical function must_be_within(trim)
     type(trim_t), intent(in) :: trim
+
+    must_be_within = trim%step == 0 .and. .not. trim%is_outside
+  end function must_be_within
+
+  !> Refuse an outline that is wider than the sheet, also where that is narrower than its box.
+  subroutine check_reach(element, corners, error)
+    class(element_t), intent(in) :: element
     real(wp), intent(in) :: corners(:, :)                !! by parameters
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: beyond = 1.0e-6_wp            ! of the parameters, that is nothing
     real(wp) :: low, high, worst, now, x(3)
     integer :: a, i, at
 
-    if (trim%is_outside) return
     worst = 0.0_wp
     at = 1
     do a = 1, 2
@@ -120,7 +125,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(nurbs_surface_t) :: surface
     type(nurbs_solid_t) :: sheet
-    real(wp) :: extent
+    real(wp), allocatable :: near(:, :)
+    real(wp) :: box(2, 2), extent
     integer :: i, plane(2)
 
     sheet = element%grid
@@ -130,12 +136,55 @@ contains
     surface%weights = sheet%weights(:, :, 1)
     surface%points = sheet%points(:, :, 1, :)
     plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
-    extent = maxval([(maxval(surface%points(:, :, plane(i))) - minval(surface%points(:, :, &
-                      plane(i))), i=1, 2)])
+    do i = 1, 2
+      box(i, :) = [minval(surface%points(:, :, plane(i))), maxval(surface%points(:, :, plane(i)))]
+    end do
+    extent = maxval(box(:, 2) - box(:, 1))
+    call take_near(corners, box, extent, plane, must_be_within(trim), near, error)
+    if (allocated(error)) return
     call project_pieces(surface, element, plane, extent, &
-                        pieces_of(corners, per_element*extent/maxval(element%n_elements)), &
+                        pieces_of(near, per_element*extent/maxval(element%n_elements)), &
                         places, error)
   end subroutine project
+
+  !> What of a polygon lies no farther from the box of the sheet than this is long: all that counts.
+  !! Refused are curves with nothing there, and such that leave the box and may not.
+  subroutine take_near(corners, box, extent, plane, is_within, near, error)
+    real(wp), intent(in) :: corners(:, :)
+    real(wp), intent(in) :: box(2, 2), extent       !! low, high
+    integer, intent(in) :: plane(2)
+    logical, intent(in) :: is_within                !! the polygon may not leave the sheet
+    real(wp), allocatable, intent(out) :: near(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: round_off = 1.0e-6_wp    ! of the extent
+    real(wp), parameter :: narrowest = 0.1_wp       ! what counts around a box without a width
+    real(wp) :: beyond(size(corners, 2)), around(2)
+    integer :: i, at
+
+    do i = 1, size(beyond)
+      beyond(i) = norm2(max(box(:, 1) - corners(:, i), corners(:, i) - box(:, 2), 0.0_wp))
+    end do
+    around = max(box(:, 2) - box(:, 1), narrowest*extent)
+    call cut_to_box(corners, box(:, 1) - around, box(:, 2) + around, near)
+    at = merge(maxloc(beyond, 1), minloc(beyond, 1), size(near, 2) > 0)
+    if (size(near, 2) == 0) then
+      call fail(error, "a curve that does not meet the sheet: "//rounded_text(beyond(at))// &
+                " off it at "//place_text(in_space(corners(:, at), plane)))
+    else if (is_within .and. beyond(at) > round_off*extent) then
+      call fail(error, "a curve that leaves the sheet by "//rounded_text(beyond(at))//" at "// &
+                place_text(in_space(corners(:, at), plane)))
+    end if
+  end subroutine take_near
+
+  !> A place across the projection, with 0 along it.
+  pure function in_space(place, plane) result(x)
+    real(wp), intent(in) :: place(2)
+    integer, intent(in) :: plane(2)
+    real(wp) :: x(3)
+
+    x = 0.0_wp
+    x(plane) = place
+  end function in_space
 
   !> Control points now. Those outside an outline, or that follow others at its edge, are laid
   !! beside their neighbours inside as they were at the start, so that curves may leave the sheet.
@@ -198,7 +247,7 @@ contains
     real(wp), intent(in) :: extent, corners(:, :)
     real(wp), allocatable, intent(inout) :: places(:, :)
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: at(2), found(2, size(corners, 2)), widest
+    real(wp) :: at(2), found(2, size(corners, 2)), nearest(2), widest, gap
     logical :: is_found
     integer :: i, last, n
 
@@ -209,7 +258,8 @@ contains
     do i = 1, size(corners, 2)
       if (is_found) call find_place(surface, plane, corners(:, i), extent, at, is_found)
       if (.not. is_found) then
-        at = first_guess(surface, element, plane, corners(:, i))
+        call guess_place(surface, element, plane, corners(:, i), nearest, gap)
+        at = nearest
         call find_place(surface, plane, corners(:, i), extent, at, is_found)
       end if
       if (is_found) then
@@ -217,8 +267,7 @@ contains
         found(:, n) = at
         last = i
       else if (last == 0 .or. norm2(corners(:, i) - corners(:, max(last, 1))) > widest) then
-        call fail(error, "no place of the sheet under a curve at "// &
-                  place_text([corners(:, i), 0.0_wp])//": it is too steep there")
+        call refuse_place(surface, plane, corners(:, i), nearest, gap, widest, error)
         return
       end if
     end do
@@ -226,13 +275,37 @@ contains
     allocate (places, source=found(:, :n))
   end subroutine project_pieces
 
+  !> Say why no place of the sheet lies under a corner: it is off the sheet, or the sheet is steep.
+  subroutine refuse_place(surface, plane, corner, nearest, gap, longest, error)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: plane(2)
+    real(wp), intent(in) :: corner(2)
+    real(wp), intent(in) :: nearest(2), gap        !! see `guess_place`
+    real(wp), intent(in) :: longest                !! gap within the sheet [length]
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: x(3)
+
+    if (gap <= longest) then
+      call fail(error, "no place of the sheet under a curve at "// &
+                place_text(in_space(corner, plane))//": it is too steep there")
+    else
+      call evaluate_surface(surface, nearest, x)
+      call fail(error, "a curve that does not meet the sheet at "// &
+                place_text(in_space(corner, plane))//": it is about "//rounded_text(gap)// &
+                " off its nearest place, "//place_text(x)//", and the sheet is too steep there "// &
+                "to go on straight")
+    end if
+  end subroutine refuse_place
+
   !> The nearest of some places, inside the outline that the sheet has.
-  function first_guess(surface, element, plane, target) result(at)
+  subroutine guess_place(surface, element, plane, target, at, gap)
     type(nurbs_surface_t), intent(in) :: surface
     class(element_t), intent(in) :: element
     integer, intent(in) :: plane(2)
     real(wp), intent(in) :: target(2)
-    real(wp) :: at(2), x(3), best, distance
+    real(wp), intent(out) :: at(2)
+    real(wp), intent(out) :: gap                   !! across the projection [length]
+    real(wp) :: x(3), best, distance
     integer :: i, j
 
     best = huge(best)
@@ -252,7 +325,8 @@ contains
         end do
       end do
     end associate
-  end function first_guess
+    gap = sqrt(best)
+  end subroutine guess_place
 
   !> Newton's method from a guess, on the two coordinates across the projection.
   subroutine find_place(surface, plane, target, extent, at, is_found)

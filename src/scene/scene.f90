@@ -77,6 +77,7 @@ module scene
     logical :: is_flat = .false.            !! they lie on the sheet as it was before the run
     !> Corners by the two other coordinates: y z, z x or x y [length].
     type(polygon_t), allocatable :: polygons(:)
+    type(origin_t), allocatable :: origins(:) !! of each polygon
     type(string_t), allocatable :: notes(:)   !! lines for the log
   end type outline_spec_t
 

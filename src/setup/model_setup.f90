@@ -275,7 +275,8 @@ contains
         end if
         call cut_blank(trim, model%bodies%blank, error)
         if (.not. allocated(error)) cycle
-        call add_error(errors, spec%origin, error%message, "curves that keep a part of the sheet")
+        call add_error(errors, spec%origin, error%message, "curves that meet the sheet and "// &
+                       "keep a part of it")
         return
       end associate
     end do
