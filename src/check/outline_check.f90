@@ -10,7 +10,7 @@ module outline_check
   use outline, only: region_t, new_region, inside_distance
   use element, only: element_t
   use blank, only: blank_t
-  use blank_trim, only: trim_t, cut_blank
+  use blank_trim, only: trim_t, loss_t, cut_blank
   use outline_watch, only: watched_t, is_gone
   use model, only: model_t
   implicit none
@@ -55,7 +55,7 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(blank_t) :: blank
     type(error_t), allocatable :: error
-    real(wp) :: share
+    type(loss_t) :: loss
     integer :: t, i
 
     if (.not. any(model%trims%is_flat .and. model%trims%step > 1)) return
@@ -63,13 +63,13 @@ contains
     do t = 1, size(model%trims)
       associate (trim => model%trims(t), origin => scene%outlines(t)%origin)
         if (.not. trim%is_flat .or. trim%step <= 1) cycle
-        call cut_blank(trim, blank, error, share)
+        call cut_blank(trim, blank, error, loss)
         if (allocated(error)) then
           call add_error(errors, origin, error%message, "curves that meet the sheet "// &
                          "and keep a part of it")
           return
         end if
-        if (.not. share > 0.0_wp) call add_warning(errors, origin, &
+        if (.not. loss%share > 0.0_wp) call add_warning(errors, origin, &
           "curves that cut nothing away", "other curves, KEEP or DIRECTION")
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle

@@ -4,6 +4,9 @@ module blank_trim
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: rounded_text, place_text
+  use linear_algebra, only: cross
+  use gauss_rule, only: gauss_rule_t, new_gauss_rule
+  use knot_vector, only: breaks
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
@@ -19,6 +22,13 @@ module blank_trim
 
   public :: cut_blank, trim_pairs
 
+  !> What a cut has taken away.
+  type, public :: loss_t
+    real(wp) :: share = 0.0_wp                !! of the mass; 0: nothing but round-off
+    real(wp) :: mass = 0.0_wp                 !! [mass]
+    real(wp) :: area = 0.0_wp                 !! of the sheet as it lies then [area]
+  end type loss_t
+
   !> What a cut leaves.
   type, public :: trim_t
     character(:), allocatable :: name
@@ -27,6 +37,7 @@ module blank_trim
     logical :: is_outside = .false.           !! what lies outside of the polygons stays
     logical :: is_flat = .false.              !! they lie on the sheet as it was before the run
     type(polygon_t), allocatable :: polygons(:)   !! by the two other axes, in cyclic order [length]
+    type(loss_t) :: loss                      !! of one that has been cut before the run
   end type trim_t
 
   integer, parameter :: samples_per_element = 2   !! for first guesses of the projection
@@ -35,19 +46,20 @@ module blank_trim
 contains
 
   !> Cut the blank, which has one part.
-  subroutine cut_blank(trim, blank, error, share)
+  subroutine cut_blank(trim, blank, error, loss)
     type(trim_t), intent(in) :: trim
     type(blank_t), intent(inout) :: blank
     type(error_t), allocatable, intent(out) :: error
-    real(wp), intent(out), optional :: share       !! of the mass that is cut away; 0: nothing
+    type(loss_t), intent(out), optional :: loss
     real(wp), parameter :: round_off = 1.0e-9_wp   ! of the mass
-    real(wp) :: before
+    real(wp) :: mass, area
     type(polygon_t) :: polygons(size(trim%polygons))
     type(region_t) :: regions(1)
     integer :: p
 
-    before = mass_of(blank%parts)
+    mass = mass_of(blank%parts)
     associate (element => blank%parts(1)%element)
+      if (present(loss)) area = area_of(element)
       do p = 1, size(polygons)
         call project(element, trim, trim%polygons(p)%corners, polygons(p)%corners, error)
         if (.not. allocated(error) .and. must_be_within(trim)) &
@@ -60,10 +72,59 @@ contains
     end associate
     call set_inertia(blank%parts, blank%seams)
     call lead_edges(blank%parts)
-    if (.not. present(share)) return
-    share = 1.0_wp - mass_of(blank%parts)/before
-    if (.not. share > round_off) share = 0.0_wp
+    if (.not. present(loss)) return
+    if (.not. mass - mass_of(blank%parts) > round_off*mass) return
+    loss%mass = mass - mass_of(blank%parts)
+    loss%share = loss%mass/mass
+    loss%area = area - area_of(blank%parts(1)%element)
   end subroutine cut_blank
+
+  !> Area of the mid-surface as it lies; of a cut element the share inside of its area.
+  real(wp) function area_of(element) result(area)
+    class(element_t), intent(in) :: element
+    type(nurbs_surface_t) :: surface
+    type(gauss_rule_t) :: rule
+    real(wp), allocatable :: xi(:), eta(:)
+    real(wp) :: x(3), d1(3, 2), middle(2), half(2), part
+    integer :: i, j, k, l
+
+    surface = middle_of(element%grid, element%motion%x)
+    rule = new_gauss_rule(maxval(surface%axes%degree) + 1, 1)
+    xi = breaks(surface%axes(1))
+    eta = breaks(surface%axes(2))
+    area = 0.0_wp
+    do j = 1, size(eta) - 1
+      do i = 1, size(xi) - 1
+        if (element%is_outside([i, j, 1])) cycle
+        middle = 0.5_wp*[xi(i) + xi(i + 1), eta(j) + eta(j + 1)]
+        half = 0.5_wp*[xi(i + 1) - xi(i), eta(j + 1) - eta(j)]
+        part = 0.0_wp
+        do l = 1, rule%n
+          do k = 1, rule%n
+            call evaluate_surface(surface, middle + half*[rule%points(k), rule%points(l)], x, d1)
+            part = part + rule%weights(k)*rule%weights(l)*norm2(cross(d1(:, 1), d1(:, 2)))
+          end do
+        end do
+        if (allocated(element%ties%share)) part = element%ties%share(i, j)*part
+        area = area + product(half)*part
+      end do
+    end do
+  end function area_of
+
+  !> The mid-surface of a sheet with its control points where they are given.
+  pure function middle_of(grid, points) result(surface)
+    type(nurbs_solid_t), intent(in) :: grid
+    real(wp), intent(in) :: points(:, :, :, :)
+    type(nurbs_surface_t) :: surface
+    type(nurbs_solid_t) :: sheet
+
+    sheet = grid
+    sheet%points = points
+    sheet = mid_surface(sheet)
+    surface%axes = sheet%axes(:2)
+    surface%weights = sheet%weights(:, :, 1)
+    surface%points = sheet%points(:, :, 1, :)
+  end function middle_of
 
   !> Contact pairs follow the outline of the blank.
   subroutine trim_pairs(blank, effects, dt)
@@ -124,17 +185,12 @@ contains
     real(wp), allocatable, intent(inout) :: places(:, :)
     type(error_t), allocatable, intent(out) :: error
     type(nurbs_surface_t) :: surface
-    type(nurbs_solid_t) :: sheet
     real(wp), allocatable :: near(:, :)
     real(wp) :: box(2, 2), extent
     integer :: i, plane(2)
 
-    sheet = element%grid
-    if (.not. trim%is_flat) sheet%points = filled_points(element)
-    sheet = mid_surface(sheet)
-    surface%axes = sheet%axes(:2)
-    surface%weights = sheet%weights(:, :, 1)
-    surface%points = sheet%points(:, :, 1, :)
+    if (trim%is_flat) surface = middle_of(element%grid, element%grid%points)
+    if (.not. trim%is_flat) surface = middle_of(element%grid, filled_points(element))
     plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
     do i = 1, 2
       box(i, :) = [minval(surface%points(:, :, plane(i))), maxval(surface%points(:, :, plane(i)))]

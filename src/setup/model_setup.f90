@@ -273,8 +273,12 @@ contains
           call refuse_fixed_loads(scene, spec%step, spec%origin, errors)
           cycle
         end if
-        call cut_blank(trim, model%bodies%blank, error)
-        if (.not. allocated(error)) cycle
+        call cut_blank(trim, model%bodies%blank, error, trim%loss)
+        if (.not. allocated(error)) then
+          if (.not. trim%loss%share > 0.0_wp) call add_warning(errors, spec%origin, &
+            "curves that cut nothing away", "other curves, KEEP or DIRECTION")
+          cycle
+        end if
         call add_error(errors, spec%origin, error%message, "curves that meet the sheet and "// &
                        "keep a part of it")
         return

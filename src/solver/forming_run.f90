@@ -5,8 +5,7 @@ module forming_run
   use failure, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
   use stable_step, only: largest_frequency, viscous_step
-  use blank, only: mass_of
-  use blank_trim, only: cut_blank, trim_pairs
+  use blank_trim, only: loss_t, cut_blank, trim_pairs
   use outline_watch, only: is_gone
   use loads, only: trim_loads
   use boundary, only: leave_cut_points
@@ -93,6 +92,7 @@ contains
     if (allocated(error)) return
     call begin_pace(run)
     call log_step(log, model, run%control%start_time)
+    if (.not. run%is_resumed) call log_first_trims(log, model)
     if (.not. run%is_resumed) call apply_forces(model, run%instant)
     if (model%step%is_static .and. .not. run%is_resumed) call begin_static(model, run)
     do
@@ -151,7 +151,7 @@ contains
     type(string_t), allocatable, intent(out) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(energy_balance_t) :: before, after
-    real(wp) :: mass, part
+    type(loss_t) :: loss
     integer :: i
 
     allocate (notes(0))
@@ -159,16 +159,15 @@ contains
     call take_balances(model, run, before)
     do i = 1, size(model%trims)
       if (model%trims(i)%step /= model%i_step) cycle
-      mass = mass_of(model%bodies%blank%parts)
-      call cut_blank(model%trims(i), model%bodies%blank, error, part)
+      call cut_blank(model%trims(i), model%bodies%blank, error, loss)
       if (allocated(error)) then
         error%message = "*TRIM, NAME="//model%trims(i)%name//": "//error%message
         return
       end if
-      model%bodies%blank%added_mass = (1.0_wp - part)*model%bodies%blank%added_mass
-      call append_text(notes, "trim       "//model%trims(i)%name//", mass cut away "// &
-                       rounded_text(part*mass/model%bodies%blank%mass_factor))
-      if (.not. part > 0.0_wp) call append_text(notes, "warning: *TRIM, NAME="// &
+      model%bodies%blank%added_mass = (1.0_wp - loss%share)*model%bodies%blank%added_mass
+      loss%mass = loss%mass/model%bodies%blank%mass_factor
+      call append_text(notes, trim_line(model%trims(i)%name, loss))
+      if (.not. loss%share > 0.0_wp) call append_text(notes, "warning: *TRIM, NAME="// &
         model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
     end do
     call tell_gone(model, notes)
@@ -187,6 +186,16 @@ contains
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
   end subroutine make_cuts
+
+  !> What a trim has cut away, for the log.
+  function trim_line(name, loss) result(line)
+    character(*), intent(in) :: name
+    type(loss_t), intent(in) :: loss               !! its mass without what scaling has added
+    character(:), allocatable :: line
+
+    line = "trim       "//name//", mass cut away "//rounded_text(loss%mass)//", area "// &
+           rounded_text(loss%area)
+  end function trim_line
 
   !> What still acts in a step, and is cut away by its trims.
   subroutine tell_gone(model, notes)
@@ -574,6 +583,18 @@ contains
       end associate
     end do
   end subroutine log_step
+
+  !> What the trims of the first step have cut away: that was done before the run.
+  subroutine log_first_trims(log, model)
+    type(run_log_t), intent(inout) :: log
+    type(model_t), intent(in) :: model
+    integer :: i
+
+    do i = 1, size(model%trims)
+      if (model%trims(i)%step /= 1) cycle
+      call log_line(log, trim_line(model%trims(i)%name, model%trims(i)%loss))
+    end do
+  end subroutine log_first_trims
 
   !> What acts in the present step of the deck, a line for each effect.
   function effect_lines(model, head) result(lines)

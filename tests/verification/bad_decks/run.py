@@ -85,6 +85,20 @@ def check_log(program, deck, folder, has_contact):
     return [f"{complaint}; the log is:\n{log}" for complaint in complaints]
 
 
+def check_first_trim(program, folder, parts):
+    """Complaints about the log of a trim at the very start: mass and area of its hole."""
+    deck = folder / "trim.key"
+    deck.write_text(parts[0] + "*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, ELEMENT=SHELL\n"
+                    "x, 0, 100, 2, 10\ny, 0, 60, 2, 6\nz, 0, 2, 2, 1\n"
+                    "*STEP, NAME=first\n*DYNAMIC, EXPLICIT\n1e-6\n*TRIM, NAME=hole, KEEP=OUTSIDE\n"
+                    "START, 10, 10\nLINE, 25, 10\nLINE, 25, 20\nLINE, 10, 20\n*END STEP\n")
+    subprocess.run([program, str(deck), "--quiet", "--out", str(folder / "trim.h5")],
+                   capture_output=True, check=False, timeout=120)
+    log = (folder / "trim.log").read_text()
+    words = "trim       hole, mass cut away 2.355e-6, area 150"     # 300 times 7.85e-9
+    return [] if log.count(words) == 1 else [f"no `{words}`; the log is:\n{log}"]
+
+
 def check_listed(program):
     """Decks of cases.txt."""
     for deck, expectations in read_cases().items():
@@ -134,6 +148,7 @@ def check_made(program, folder):
             complaints.append("more than a line for each of its keywords")
         yield f"no IGES file, {name}", complaints
 
+    yield "log of a trim at the start", check_first_trim(program, folder, parts)
     yield "log without contact", check_log(program, "good.key", folder, False)
     yield "log with contact", check_log(program, "idle_tool.key", folder, True)
 
