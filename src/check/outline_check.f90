@@ -10,7 +10,7 @@ module outline_check
   use outline, only: region_t, new_region, inside_distance
   use element, only: element_t
   use blank, only: blank_t
-  use blank_trim, only: trim_t, loss_t, cut_blank
+  use blank_trim, only: trim_t, loss_t, cut_blank, slit_words, slit_remedy
   use outline_watch, only: watched_t, is_gone
   use model, only: model_t
   implicit none
@@ -71,6 +71,8 @@ contains
         end if
         if (.not. loss%share > 0.0_wp) call add_warning(errors, origin, &
           "curves that cut nothing away", "other curves, KEEP or DIRECTION")
+        if (loss%slit%is_there) call add_warning(errors, origin, slit_words(loss%slit), &
+                                                 slit_remedy(loss%slit))
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_gone(model%watched(i), blank%parts(1)%element)

@@ -11,6 +11,7 @@ module blank_trim
   use surface_grid, only: lines
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use outline, only: polygon_t, region_t, new_region, cut_to_box
+  use outline_slits, only: slit_t, find_slit
   use element, only: element_t
   use shell_setup, only: mid_surface
   use blank, only: blank_t, mass_of
@@ -20,13 +21,14 @@ module blank_trim
   implicit none
   private
 
-  public :: cut_blank, trim_pairs
+  public :: cut_blank, trim_pairs, slit_words, slit_remedy
 
   !> What a cut has taken away.
   type, public :: loss_t
     real(wp) :: share = 0.0_wp                !! of the mass; 0: nothing but round-off
     real(wp) :: mass = 0.0_wp                 !! [mass]
     real(wp) :: area = 0.0_wp                 !! of the sheet as it lies then [area]
+    type(slit_t) :: slit                      !! a gap whose sides move as one
   end type loss_t
 
   !> What a cut leaves.
@@ -76,8 +78,30 @@ contains
     if (.not. mass - mass_of(blank%parts) > round_off*mass) return
     loss%mass = mass - mass_of(blank%parts)
     loss%share = loss%mass/mass
-    loss%area = area - area_of(blank%parts(1)%element)
+    associate (element => blank%parts(1)%element)
+      loss%area = area - area_of(element)
+      call find_slit(middle_of(element%grid, element%motion%x), regions(1), element%ties%share, &
+                     loss%slit)
+    end associate
   end subroutine cut_blank
+
+  !> What is wrong with a gap.
+  pure function slit_words(slit) result(words)
+    type(slit_t), intent(in) :: slit
+    character(:), allocatable :: words
+
+    words = "a gap of "//rounded_text(slit%width)//", "//rounded_text(slit%elements)// &
+            " elements, at "//place_text(slit%place)//": its sides move as one there"
+  end function slit_words
+
+  !> What to do about it.
+  pure function slit_remedy(slit) result(words)
+    type(slit_t), intent(in) :: slit
+    character(:), allocatable :: words
+
+    words = "elements no longer than "//rounded_text(slit%longest)//" across it (*REFINE, also "// &
+            "with NEAR), or a wider gap"
+  end function slit_remedy
 
   !> Area of the mid-surface as it lies; of a cut element the share inside of its area.
   real(wp) function area_of(element) result(area)

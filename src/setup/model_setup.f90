@@ -22,7 +22,7 @@ module model_setup
   use stability_setup, only: set_stable_step, add_thickness_scaling, add_damping, share_penalties
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: blank_t, new_blank, columns_of
-  use blank_trim, only: cut_blank
+  use blank_trim, only: cut_blank, slit_words, slit_remedy
   use body_parts, only: lead_edges
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
   use boundary, only: leave_cut_points
@@ -277,6 +277,8 @@ contains
         if (.not. allocated(error)) then
           if (.not. trim%loss%share > 0.0_wp) call add_warning(errors, spec%origin, &
             "curves that cut nothing away", "other curves, KEEP or DIRECTION")
+          if (trim%loss%slit%is_there) call add_warning(errors, spec%origin, &
+            slit_words(trim%loss%slit), slit_remedy(trim%loss%slit))
           cycle
         end if
         call add_error(errors, spec%origin, error%message, "curves that meet the sheet and "// &

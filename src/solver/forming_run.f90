@@ -5,7 +5,7 @@ module forming_run
   use failure, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
   use stable_step, only: largest_frequency, viscous_step
-  use blank_trim, only: loss_t, cut_blank, trim_pairs
+  use blank_trim, only: loss_t, cut_blank, trim_pairs, slit_words, slit_remedy
   use outline_watch, only: is_gone
   use loads, only: trim_loads
   use boundary, only: leave_cut_points
@@ -169,6 +169,8 @@ contains
       call append_text(notes, trim_line(model%trims(i)%name, loss))
       if (.not. loss%share > 0.0_wp) call append_text(notes, "warning: *TRIM, NAME="// &
         model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
+      if (loss%slit%is_there) call append_text(notes, "warning: *TRIM, NAME="// &
+        model%trims(i)%name//": "//slit_words(loss%slit)//"; expected "//slit_remedy(loss%slit))
     end do
     call tell_gone(model, notes)
     call limit_increment(model)
