@@ -4,6 +4,7 @@ module cad_source
   use kinds, only: wp
   use text, only: string_t, squeezed, upper_case, lower_case
   use checksum, only: file_checksum
+  use input_errors, only: error_list_t, add_warning
   use text_file, only: read_whole_file
   use iges_global, only: unit_in_mm
   use scene, only: scene_t
@@ -11,7 +12,7 @@ module cad_source
   implicit none
   private
 
-  public :: add_source, ending_of, is_for_converter, is_mesh, deck_unit, entries_of
+  public :: add_source, ending_of, is_for_converter, is_mesh, find_unit, entries_of
 
 contains
 
@@ -54,24 +55,30 @@ contains
                        .or. index(head, "DBRep_DrawableShape") == 1
   end function is_for_converter
 
-  !> The unit of LENGTH, else that of *UNITS, else millimetres.
-  function deck_unit(record, units) result(unit)
+  !> The deck's unit of length: that of LENGTH, else that of *UNITS, else millimetres.
+  subroutine find_unit(record, units, unit, errors)
     type(record_t), intent(in) :: record
-    character(*), intent(in) :: units
-    character(:), allocatable :: unit
+    character(*), intent(in) :: units                     !! what *UNITS says, empty: nothing
+    character(:), allocatable, intent(out) :: unit
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: labelled
     type(string_t), allocatable :: named(:)
     integer :: i
 
-    unit = option_text(record, "LENGTH")
-    if (unit /= "") return
-    unit = "MM"
+    labelled = ""
     named = entries_of(units)
-    do i = 1, size(named)
-      if (.not. unit_in_mm(named(i)%value) > 0.0_wp) cycle
-      unit = upper_case(named(i)%value)
-      return
+    do i = size(named), 1, -1
+      if (unit_in_mm(named(i)%value) > 0.0_wp) labelled = upper_case(named(i)%value)
     end do
-  end function deck_unit
+    unit = option_text(record, "LENGTH")
+    if (unit == "" .and. labelled /= "") unit = labelled
+    if (unit == "") unit = "MM"
+    if (labelled == "") return
+    if (abs(unit_in_mm(unit) - unit_in_mm(labelled)) > 0.0_wp) &
+      call add_warning(errors, record%origin, "LENGTH="//unit//" in a deck whose *UNITS names "// &
+                       labelled//": lengths of the file become "//unit, "LENGTH="//labelled// &
+                       ", or no LENGTH")
+  end subroutine find_unit
 
   !> The entries of a list that commas separate; empty ones are left out.
   pure function entries_of(list) result(entries)

@@ -8,15 +8,19 @@ module outline_files
   use text_file, only: path_beside, read_plain_source, next_line
   use outline, only: polygon_t, add_polygon
   use iges_curves, only: read_iges_loops
+  use iges_global, only: unit_in_mm, unit_names
   use iges_selection, only: iges_request_t
   use scene, only: scene_t, outline_spec_t
   use deck_records, only: record_t, option_text, is_option_given
-  use cad_source, only: add_source, ending_of, is_for_converter, deck_unit
+  use cad_source, only: add_source, ending_of, is_for_converter, find_unit
   use outline_curves, only: corners_t, end_curve, add_corner, plane_of
   implicit none
   private
 
   public :: read_outline_file
+
+  !> How a table begins that names its unit of length.
+  character(*), parameter :: table_mark = "# Outline of igaform, lengths in "
 
 contains
 
@@ -47,10 +51,7 @@ contains
     end if
     select case (ending_of(file%value))
     case ("csv", "txt")
-      if (is_option_given(record, "LENGTH")) call add_error(errors, record%origin, &
-        "the option LENGTH for a table, whose lengths are those of the deck", &
-        "this option with INPUT=file.igs only")
-      call read_table(file%value, record%origin%keyword, outline, errors)
+      call read_table(file%value, record, scene%units, outline, errors)
     case ("igs", "iges")
       call read_curves(file%value, record, scene%units, outline, errors)
     case default
@@ -92,7 +93,7 @@ contains
 
     request%path = path
     request%origin = record%origin
-    request%unit = deck_unit(record, units)
+    call find_unit(record, units, request%unit, errors)
     call read_iges_loops(request, plane_of(outline%axis), loops, origins, outline%notes, errors)
     do p = 1, size(loops)
       curve%at = loops(p)%corners
@@ -103,26 +104,31 @@ contains
 
   !> A table of corners, one a line; empty lines separate the curves. Two columns are the
   !! coordinates as data lines have them, three are x, y and z. A first line of column names and
-  !! comments, which begin with #, $ or **, do not count.
-  subroutine read_table(path, keyword, outline, errors)
-    character(*), intent(in) :: path, keyword
+  !! comments, which begin with #, $ or **, do not count, but for one that names the unit; without
+  !! it lengths are those of the deck.
+  subroutine read_table(path, record, units, outline, errors)
+    character(*), intent(in) :: path
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: units                     !! what *UNITS says
     type(outline_spec_t), intent(inout) :: outline
     type(error_list_t), intent(inout) :: errors
     integer, parameter :: most_errors = 10
     type(error_t), allocatable :: error
     type(corners_t) :: curve
     type(string_t) :: note
-    character(:), allocatable :: contents, line
-    real(wp) :: x(3)
+    character(:), allocatable :: contents, line, keyword, unit
+    real(wp) :: x(3), factor
     integer :: place, number, n_columns, n_before, n_corners, n_bad
     logical :: has_header
 
+    keyword = record%origin%keyword
     call read_plain_source(path, contents, error)
     if (allocated(error)) then
       call add_error(errors, new_origin(path, 0, keyword), error%message, "a table of corners")
       return
     end if
     n_before = size(outline%polygons)
+    call take_unit(path, contents, record, units, unit, factor, errors)
     place = 1
     number = 0
     n_corners = 0
@@ -137,7 +143,7 @@ contains
       call read_numbers(line, x, n_columns)
       if (n_columns == 2 .or. n_columns == 3) then
         if (n_columns == 3) x(:2) = x(plane_of(outline%axis))
-        call add_corner(x(:2), curve)
+        call add_corner(factor*x(:2), curve)
         n_corners = n_corners + 1
       else if (has_header .or. n_corners > 0 .or. n_bad > 0 .or. &
                scan(line, "0123456789+-.") == 1) then
@@ -151,10 +157,40 @@ contains
     call end_curve(new_origin(path, number, keyword), curve, outline, errors)
     if (n_corners == 0 .and. n_bad == 0) call add_error(errors, new_origin(path, number, keyword), &
       "no corner in the table", "two coordinates a line")
-    note%value = path//": "//counted(size(outline%polygons) - n_before, "closed curve")//" of "// &
-                 counted(n_corners, "corner")
+    note%value = path
+    if (unit /= "") note%value = path//", lengths in "//unit//" times "//to_text(factor)
+    note%value = note%value//": "//counted(size(outline%polygons) - n_before, "closed curve")// &
+                 " of "//counted(n_corners, "corner")
     outline%notes = [outline%notes, note]
   end subroutine read_table
+
+  !> The unit that the first line of a table names, and the factor that makes its lengths those of
+  !! the deck.
+  subroutine take_unit(path, contents, record, units, unit, factor, errors)
+    character(*), intent(in) :: path, contents, units
+    type(record_t), intent(in) :: record
+    character(:), allocatable, intent(out) :: unit        !! empty: none
+    real(wp), intent(out) :: factor
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: of_deck
+    integer :: place
+
+    unit = ""
+    factor = 1.0_wp
+    if (index(contents, table_mark) == 1) then
+      place = 1
+      call next_line(contents, place, unit)
+      unit = unit(len(table_mark) + 1:)
+      call find_unit(record, units, of_deck, errors)
+      factor = unit_in_mm(unit)/unit_in_mm(of_deck)
+      if (.not. factor > 0.0_wp) call add_error(errors, new_origin(path, 1, &
+        record%origin%keyword), "`"//unit//"` as the unit of lengths", "one of "//unit_names)
+    else if (is_option_given(record, "LENGTH")) then
+      call add_error(errors, record%origin, "the option LENGTH for a table that names no unit, "// &
+                     "whose lengths are those of the deck", "`"//table_mark//"MM` as its first "// &
+                     "line, or no LENGTH")
+    end if
+  end subroutine take_unit
 
   !> Up to three numbers of a line, which commas or blanks separate.
   subroutine read_numbers(line, x, n)

@@ -16,7 +16,7 @@ module tool_keywords
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, field_real, &
                           is_option_given, record_t, field_integer, deck_context_t, patch_parts_t, &
                           resolve_option, deck_names_t, resolve, field_vector
-  use cad_source, only: add_source, is_for_converter, is_mesh, deck_unit, entries_of
+  use cad_source, only: add_source, is_for_converter, is_mesh, find_unit, entries_of
   use patch_keywords, only: check_parts, read_axes, read_points, refine
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use surface_trim, only: trim_t, new_trim, is_inside, place_in_spans
@@ -261,7 +261,7 @@ contains
     if (.not. record%is_valid) return
     request%origin = record%origin
     request%path = path_beside(record%origin%file, option_text(record, "INPUT"))
-    request%unit = deck_unit(record, units)
+    call find_unit(record, units, request%unit, errors)
     request%labels = entries_of(option_text(record, "LABEL"))
     call read_numbers(record, request%numbers, errors)
     inquire (file=request%path, exist=is_there)

@@ -57,6 +57,7 @@ contains
     real(wp) :: mass, area
     type(polygon_t) :: polygons(size(trim%polygons))
     type(region_t) :: regions(1)
+    type(nurbs_surface_t) :: surface
     integer :: p
 
     mass = mass_of(blank%parts)
@@ -80,8 +81,8 @@ contains
     loss%share = loss%mass/mass
     associate (element => blank%parts(1)%element)
       loss%area = area - area_of(element)
-      call find_slit(middle_of(element%grid, element%motion%x), regions(1), element%ties%share, &
-                     loss%slit)
+      surface = middle_of(element%grid, element%motion%x)
+      call find_slit(surface, regions(1), element%ties%share, loss%slit)
     end associate
   end subroutine cut_blank
 
