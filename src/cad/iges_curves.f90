@@ -56,7 +56,8 @@ contains
     if (n_errors(errors) > n_before) return
     call append_text(report, request%path//", lengths in "//model%global%unit//" times "// &
                      to_text(length_factor(model, request))//": "//counted(size(loops), &
-                     "closed curve")//" of "//counted(size(taken), "entity", "entities"))
+                     "closed curve")//" of "//counted(size(taken), "entity", "entities")// &
+                     left_out(model))
   end subroutine read_iges_loops
 
   !> Entries of the curves that stand for themselves.
@@ -73,8 +74,34 @@ contains
     end do
     if (size(taken) == 0 .and. model%is_valid) &
       call add_error(model%file%errors, new_origin(model%file%path, 0, "IGES"), &
-                     "no curve for an outline", hint//" that stand for themselves")
+                     "no curve for an outline"//left_out(model), hint//" that are to be seen "// &
+                     "and stand for themselves")
   end subroutine select_curves
+
+  !> How many curves are blanked, parts of other entities, or no geometry; empty if none is.
+  function left_out(model) result(words)
+    type(iges_model_t), intent(in) :: model
+    character(:), allocatable :: words
+    integer :: i, n(3)
+
+    n = 0
+    do i = 1, size(model%entries)
+      associate (entry => model%entries(i))
+        if (.not. any(entry%type == [curves_read, curves_unread])) cycle
+        if (entry%is_blanked) then
+          n(1) = n(1) + 1
+        else if (entry%is_part) then
+          n(2) = n(2) + 1
+        else if (entry%purpose /= 0) then
+          n(3) = n(3) + 1
+        end if
+      end associate
+    end do
+    words = ""
+    if (n(1) > 0) words = words//", "//counted(n(1), "curve")//" blanked"
+    if (n(2) > 0) words = words//", "//counted(n(2), "curve")//" of other entities"
+    if (n(3) > 0) words = words//", "//counted(n(3), "curve")//" that are no geometry"
+  end function left_out
 
   !> Is an entity of one of the types, to be seen, part of no other, and geometry?
   pure logical function is_seen(entry, types)

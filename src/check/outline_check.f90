@@ -1,13 +1,13 @@
 !> What the trims of later steps cut away completely, as far as the sheet at the start shows.
 module outline_check
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, rounded_text, place_text
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t
   use knot_vector, only: breaks
   use nurbs_solid, only: evaluate_solid
-  use outline, only: region_t, new_region, inside_distance
+  use outline, only: region_t, new_region, inside_distance, cut_to_box, signed_area
   use element, only: element_t
   use blank, only: blank_t
   use blank_trim, only: trim_t, loss_t, cut_blank, slit_words, slit_remedy
@@ -37,6 +37,8 @@ contains
       associate (trim => model%trims(t))
         if (trim%step <= 1 .or. trim%is_flat) cycle
         reach = way_before(scene, trim%step)
+        if (reach < unlimited) &
+          call check_meeting(trim, model%bodies%blank%parts(1)%element, reach, errors)
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)
@@ -46,6 +48,49 @@ contains
     end do
     call check_flat_trims(scene, model, is_told, errors)
   end subroutine check_trims
+
+  !> Warn of curves to which nothing carries the sheet before their step.
+  subroutine check_meeting(trim, element, reach, errors)
+    type(trim_t), intent(in) :: trim
+    class(element_t), intent(in) :: element
+    real(wp), intent(in) :: reach                 !! of the sheet [length]
+    type(error_list_t), intent(inout) :: errors
+    real(wp), parameter :: all_of_it = 1.0_wp - 1.0e-9_wp
+    real(wp), allocatable :: met(:, :), off(:)
+    real(wp) :: low(2), high(2), x(3)
+    integer :: p, i, plane(2)
+
+    plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
+    low = [(minval(element%motion%x(:, :, :, plane(i))), i=1, 2)]
+    high = [(maxval(element%motion%x(:, :, :, plane(i))), i=1, 2)]
+    do p = 1, size(trim%polygons)
+      associate (corners => trim%polygons(p)%corners)
+        call cut_to_box(corners, low - reach, high + reach, met)
+        if (abs(signed_area(met)) >= all_of_it*product(high - low + 2.0_wp*reach) &
+            .and. size(trim%polygons) == 1) call add_warning(errors, trim%origins(p), &
+          "a curve around all of the sheet, which "//trim_word(trim%is_outside), &
+          "another curve or another KEEP; check units and DIRECTION")
+        if (size(met, 2) > 0) cycle
+        off = [(norm2(max(low - corners(:, i), corners(:, i) - high, 0.0_wp)), &
+                i=1, size(corners, 2))]
+        x = 0.0_wp
+        x(plane) = corners(:, minloc(off, 1))
+      end associate
+      call add_warning(errors, trim%origins(p), "a curve that is "//rounded_text(minval(off))// &
+                       " off the sheet at "//place_text(x)//"; before its step tools and "// &
+                       "supports move the sheet by "//rounded_text(reach)//" at most", &
+                       "a curve that meets the sheet; check units and DIRECTION")
+    end do
+  end subroutine check_meeting
+
+  !> What a curve around all of the sheet does.
+  pure function trim_word(is_outside) result(word)
+    logical, intent(in) :: is_outside             !! what lies outside stays
+    character(:), allocatable :: word
+
+    word = "cuts nothing away"
+    if (is_outside) word = "leaves nothing of it"
+  end function trim_word
 
   !> Cut a copy of the sheet along the curves that lie on it as it is before the run.
   subroutine check_flat_trims(scene, model, is_told, errors)

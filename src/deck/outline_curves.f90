@@ -43,7 +43,7 @@ contains
     if (curve%n == 0) return
     associate (at => curve%at(:, :curve%n))
       extent = maxval(maxval(at, 2) - minval(at, 2))
-      if (norm2(at(:, curve%n) - at(:, 1)) <= one*extent) curve%n = curve%n - 1
+      if (curve%n > 1 .and. norm2(at(:, curve%n) - at(:, 1)) <= one*extent) curve%n = curve%n - 1
     end associate
     corners = curve%at(:, :curve%n)
     curve%n = 0

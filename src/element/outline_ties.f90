@@ -27,6 +27,7 @@ module outline_ties
     real(wp), allocatable :: share(:, :)            !! of each element that is inside
     integer :: farthest = 0                         !! elements between an element with something
                                                     !! inside and that which leads its points
+    integer :: lonely(2) = 0                        !! the element that is so far from its leader
   end type outline_ties_t
 
 contains
@@ -75,7 +76,9 @@ contains
       do i = 1, size(first1)
         if (share(i, j) <= 0.0_wp .or. share(i, j) >= least) cycle
         e = nearest_element([first1(i), first2(j)] + p/2, first1, first2, p, share, least)
-        ties%farthest = max(ties%farthest, maxval(abs(e - [i, j])))
+        if (maxval(abs(e - [i, j])) <= ties%farthest) cycle
+        ties%farthest = maxval(abs(e - [i, j]))
+        ties%lonely = [i, j]
       end do
     end do
   end subroutine new_outline_ties

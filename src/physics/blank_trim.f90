@@ -3,7 +3,8 @@
 module blank_trim
   use kinds, only: wp
   use failure, only: error_t, fail
-  use text, only: rounded_text, place_text
+  use text, only: to_text, rounded_text, place_text
+  use input_errors, only: origin_t
   use linear_algebra, only: cross
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use knot_vector, only: breaks
@@ -34,11 +35,13 @@ module blank_trim
   !> What a cut leaves.
   type, public :: trim_t
     character(:), allocatable :: name
+    type(origin_t) :: origin                  !! keyword of the deck
     integer :: step = 0                       !! of the deck; 0: before the run
     integer :: axis = 3                       !! of the projection: 1 x, 2 y, 3 z
     logical :: is_outside = .false.           !! what lies outside of the polygons stays
     logical :: is_flat = .false.              !! they lie on the sheet as it was before the run
     type(polygon_t), allocatable :: polygons(:)   !! by the two other axes, in cyclic order [length]
+    type(origin_t), allocatable :: origins(:) !! of each of them; absent: not known
     type(loss_t) :: loss                      !! of one that has been cut before the run
   end type trim_t
 
@@ -67,7 +70,10 @@ contains
         call project(element, trim, trim%polygons(p)%corners, polygons(p)%corners, error)
         if (.not. allocated(error) .and. must_be_within(trim)) &
           call check_reach(element, polygons(p)%corners, error)
-        if (allocated(error)) return
+        if (.not. allocated(error)) cycle
+        if (allocated(trim%origins)) error%message = error%message//" (the curve of "// &
+          trim%origins(p)%file//":"//to_text(trim%origins(p)%line)//")"
+        return
       end do
       call new_region(regions(1), polygons, trim%is_outside)
       call element%trim(regions, blank%law, error)

@@ -269,6 +269,8 @@ contains
         trim%is_outside = spec%is_outside
         trim%is_flat = spec%is_flat
         trim%polygons = spec%polygons
+        trim%origin = spec%origin
+        trim%origins = spec%origins
         if (spec%step > 1) then   ! at time 0 the sheet lies as it is
           call refuse_fixed_loads(scene, spec%step, spec%origin, errors)
           cycle

@@ -5,7 +5,7 @@ module forming_run
   use failure, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
   use stable_step, only: largest_frequency, viscous_step
-  use blank_trim, only: loss_t, cut_blank, trim_pairs, slit_words, slit_remedy
+  use blank_trim, only: trim_t, loss_t, cut_blank, trim_pairs, slit_words, slit_remedy
   use outline_watch, only: is_gone
   use loads, only: trim_loads
   use boundary, only: leave_cut_points
@@ -161,16 +161,16 @@ contains
       if (model%trims(i)%step /= model%i_step) cycle
       call cut_blank(model%trims(i), model%bodies%blank, error, loss)
       if (allocated(error)) then
-        error%message = "*TRIM, NAME="//model%trims(i)%name//": "//error%message
+        error%message = title_of(model%trims(i))//": "//error%message
         return
       end if
       model%bodies%blank%added_mass = (1.0_wp - loss%share)*model%bodies%blank%added_mass
       loss%mass = loss%mass/model%bodies%blank%mass_factor
       call append_text(notes, trim_line(model%trims(i)%name, loss))
-      if (.not. loss%share > 0.0_wp) call append_text(notes, "warning: *TRIM, NAME="// &
-        model%trims(i)%name//" cuts nothing away: check its curves, KEEP and DIRECTION")
-      if (loss%slit%is_there) call append_text(notes, "warning: *TRIM, NAME="// &
-        model%trims(i)%name//": "//slit_words(loss%slit)//"; expected "//slit_remedy(loss%slit))
+      if (.not. loss%share > 0.0_wp) call append_text(notes, "warning: "// &
+        title_of(model%trims(i))//" cuts nothing away: check its curves, KEEP and DIRECTION")
+      if (loss%slit%is_there) call append_text(notes, "warning: "//title_of(model%trims(i))// &
+        ": "//slit_words(loss%slit)//"; expected "//slit_remedy(loss%slit))
     end do
     call tell_gone(model, notes)
     call limit_increment(model)
@@ -188,6 +188,16 @@ contains
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
   end subroutine make_cuts
+
+  !> A trim with its place in the deck.
+  function title_of(trim) result(title)
+    type(trim_t), intent(in) :: trim
+    character(:), allocatable :: title
+
+    title = "*TRIM, NAME="//trim%name
+    if (allocated(trim%origin%file)) &
+      title = trim%origin%file//":"//to_text(trim%origin%line)//": "//title
+  end function title_of
 
   !> What a trim has cut away, for the log.
   function trim_line(name, loss) result(line)

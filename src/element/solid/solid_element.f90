@@ -8,7 +8,7 @@ module solid_element
   use outline, only: region_t, join_regions, cut_cells, n_moments
   use outline_ties, only: new_outline_ties, give_mass, lead_points
   use nurbs_solid, only: nurbs_solid_t
-  use text, only: string_t, to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text, place_text
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields, &
@@ -170,9 +170,26 @@ contains
       end do
     end do
     if (self%ties%farthest > most_away) call fail(error, "curves that leave a part of the "// &
-      "sheet narrower than an element, apart from those with more than "// &
-      rounded_text(100.0_wp*least)//" % of their area inside")
+      "sheet narrower than an element at "//place_text(centre_of(self, self%ties%lonely))// &
+      ": nothing within "//to_text(most_away)//" elements has more than "// &
+      rounded_text(100.0_wp*least)//" % of its area inside")
   end subroutine trim
+
+  !> The mean place of the control points of an element along the sheet, now.
+  pure function centre_of(self, e) result(x)
+    class(solid_element_t), intent(in) :: self
+    integer, intent(in) :: e(2)
+    real(wp) :: x(3)
+    integer :: first(2), last(2), c
+
+    first = [self%patch%axes(1)%first(e(1)), self%patch%axes(2)%first(e(2))]
+    last = first + self%grid%axes(:2)%degree
+    do c = 1, 3
+      associate (points => self%motion%x(first(1):last(1), first(2):last(2), :, c))
+        x(c) = sum(points)/size(points)
+      end associate
+    end do
+  end function centre_of
 
   !> What an outline keeps, without stress: the patch and `least_share` alone are set.
   subroutine cut_at_rest(self, moments, law, cut, error)

@@ -100,7 +100,7 @@ def check_trims(program, folder, parts):
     log = (folder / "trim.log").read_text()
     lines = ("trim       hole, mass cut away 2.355e-6, area 150",     # 300 times 7.85e-9
              "trim       slit, mass cut away 7.85e-7, area 50",
-             "warning: *TRIM, NAME=slit: a gap of 1, 0.1 elements, at (42.5, ")
+             f"warning: {deck}:24: *TRIM, NAME=slit: a gap of 1, 0.1 elements, at (42.5, ")
     return [f"no `{words}`; the log is:\n{log}" for words in lines if log.count(words) != 1]
 
 
