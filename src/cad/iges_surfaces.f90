@@ -5,10 +5,10 @@ module iges_surfaces
   use kinds, only: wp
   use failure, only: error_t, fail
   use linear_algebra, only: cross
-  use text, only: to_text, counted
+  use text, only: to_text, rounded_text, place_text, counted
   use knot_vector, only: max_degree, linear_axis, cut_to_range
   use nurbs_curve, only: nurbs_curve_t, join_curves
-  use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
+  use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface, has_area
   use primitives, only: arc_t, unit_arc, extruded_surface
   use iges_model, only: iges_model_t, values_t, open_values, get_integer, get_reals, get_entry, &
                         reject, reject_entity, transform
@@ -52,11 +52,22 @@ contains
       else if (.not. maxval(surface%weights) <= most_uneven*minval(surface%weights)) then
         call fail(error, "surface: weights of which one is "//to_text(most_uneven)// &
                   " times another")
+      else if (.not. has_area(surface)) then
+        call fail(error, "surface: without area, "//rounded_text(length_of(surface))// &
+                  " long, at "//place_text(surface%points(1, 1, :)))
       end if
     end if
     if (allocated(error)) call reject_entity(model, entry, "an invalid surface ("// &
                                              error%message//")", "a proper surface")
   end subroutine read_surface
+
+  !> Of the box around the control points, across.
+  pure real(wp) function length_of(surface) result(length)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer :: c
+
+    length = norm2([(maxval(surface%points(:, :, c)) - minval(surface%points(:, :, c)), c=1, 3)])
+  end function length_of
 
   subroutine read_spline(model, values, surface, error)
     type(iges_model_t), intent(inout) :: model

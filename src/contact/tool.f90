@@ -7,7 +7,8 @@ module tool
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use failure, only: error_t, fail
-  use nurbs_surface, only: nurbs_surface_t
+  use text, only: place_text
+  use nurbs_surface, only: nurbs_surface_t, has_area
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use knot_vector, only: n_spans, span_table
   use bezier, only: bezier_hulls, to_power_form
@@ -144,6 +145,9 @@ contains
         call fail(error, "tool "//name//": weights must be positive")
       else if (maxval(surfaces(i)%weights)/minval(surfaces(i)%weights) > most_uneven) then
         call fail(error, "tool "//name//": weights must lie within a factor of 1e9")
+      else if (.not. has_area(surfaces(i))) then
+        call fail(error, "tool "//name//": a surface without area at "// &
+                  place_text(surfaces(i)%points(1, 1, :)))
       end if
     end do
   end subroutine check

@@ -10,7 +10,7 @@ module nurbs_surface
   implicit none
   private
 
-  public :: nurbs_surface_t, new_nurbs_surface, evaluate_surface
+  public :: nurbs_surface_t, new_nurbs_surface, evaluate_surface, has_area
 
   !> Surface on a tensor grid of control points; points are not pre-multiplied by weights.
   type :: nurbs_surface_t
@@ -78,6 +78,32 @@ contains
     d2(:, 2) = (h(:3, 0, 2) - 2*w(0, 1)*s1(:, 2) - w(0, 2)*point)/w(0, 0)
     d2(:, 3) = (h(:3, 1, 1) - w(1, 0)*s1(:, 2) - w(0, 1)*s1(:, 1) - w(1, 1)*point)/w(0, 0)
   end subroutine evaluate_surface
+
+  !> Do the control points span more than a point or a line, beyond round-off? A surface whose
+  !! points do not has no area.
+  pure logical function has_area(surface)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), parameter :: round_off = 1.0e-12_wp    ! of the coordinates, of the length of a line
+    real(wp) :: from(3), along(3), nothing
+    integer :: far(2), i, j
+
+    associate (x => surface%points)
+      from = x(1, 1, :)
+      far = maxloc(sum((x - spread(spread(from, 1, size(x, 2)), 1, size(x, 1)))**2, 3))
+      along = x(far(1), far(2), :) - from
+      nothing = round_off*max(maxval(abs(x)), norm2(along))
+      has_area = .false.
+      if (.not. norm2(along) > nothing) return
+      along = along/norm2(along)
+      do j = 1, size(x, 2)
+        do i = 1, size(x, 1)
+          associate (d => x(i, j, :) - from)
+            has_area = has_area .or. norm2(d - dot_product(d, along)*along) > nothing
+          end associate
+        end do
+      end do
+    end associate
+  end function has_area
 
   !> Derivatives of (w x, w y, w z, w): `h(:, a, b)` is the a-th by xi and b-th by eta,
   !! a + b <= order.

@@ -25,6 +25,7 @@ module trim_loops
   !> Parts along which u and v do not turn.
   type :: parts_t
     type(trim_curve_t), allocatable :: curves(:)
+    integer, allocatable :: loop(:)             !! number of the loop of each
     real(wp), allocatable :: box(:, :, :)       !! shape (2, 2, n)
   end type parts_t
 
@@ -56,7 +57,7 @@ contains
         return
       end if
     end do
-    call check_crossings(surface, closed, error)
+    call check_crossings(surface, closed, n, error)
     if (allocated(error)) return
     call orient_loops(closed)
     call find_box(closed, low, high)
@@ -195,6 +196,7 @@ contains
     real(wp), intent(in) :: tolerance
     type(trim_loop_t), intent(inout) :: loop
     type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: corners(:, :)
     real(wp) :: low(2), length(2), box(2, 2), allowed, beyond, turns
     integer :: d, i
 
@@ -215,9 +217,11 @@ contains
       end if
       beyond = max(low(d) - box(d, 1), box(d, 2) - low(d) - length(d))
       if (beyond <= allowed) cycle
+      corners = polygon_of(loop)
+      i = maxloc(abs(corners(d, :) - low(d) - 0.5_wp*length(d)), 1) + lbound(corners, 2) - 1
       call fail(error, "leaves the range of the surface's parameter "//to_text(d)//" by "// &
                 rounded_text(beyond/length(d))//" of it, near "// &
-                place_text(position(surface, curve_point(loop%curves(1), 0.0_wp))))
+                place_text(position(surface, corners(:, i))))
       return
     end do
   end subroutine bring_within
@@ -280,6 +284,11 @@ contains
 
     call ranges_of(surface, low, length)
     if (abs(area_of(polygon_of(loop))) > no_area*product(length)) return
+    call check_crossings(surface, [loop], 1, error)   ! areas may cancel each other
+    if (allocated(error)) then
+      error%message = error%message(index(error%message, "crosses"):)
+      return
+    end if
     call fail(error, "has no area, at "// &
               place_text(position(surface, curve_point(loop%curves(1), 0.0_wp))))
   end subroutine check_area
@@ -336,14 +345,19 @@ contains
     type(parts_t) :: parts
     type(trim_curve_t), allocatable :: list(:)
     real(wp) :: ends(0:most_parts)
+    integer, allocatable :: owner(:)
     integer :: i, j, k, n, n_here
 
-    allocate (list(64))
+    allocate (list(64), owner(64))
     n = 0
     do i = 1, size(loops)
       do j = 1, size(loops(i)%curves)
         call monotone_ends(loops(i)%curves(j), n_here, ends)
-        if (n + n_here > size(list)) list = [list, list]
+        if (n + n_here > size(list)) then
+          list = [list, list]
+          owner = [owner, owner]
+        end if
+        owner(n + 1:n + n_here) = i
         do k = 1, n_here
           list(n + k) = part_of_curve(loops(i)%curves(j), ends(k - 1), ends(k))
         end do
@@ -351,6 +365,7 @@ contains
       end do
     end do
     parts%curves = list(:n)
+    parts%loop = owner(:n)
     allocate (parts%box(2, 2, n))
     do i = 1, n
       parts%box(:, 1, i) = min(curve_point(list(i), 0.0_wp), curve_point(list(i), 1.0_wp))
@@ -359,12 +374,14 @@ contains
   end function parts_of
 
   !> No two parts of the loops may cross.
-  subroutine check_crossings(surface, loops, error)
+  subroutine check_crossings(surface, loops, n_loops, error)
     type(nurbs_surface_t), intent(in) :: surface
     type(trim_loop_t), intent(in) :: loops(:)
+    integer, intent(in) :: n_loops            !! the one after these is the border of the surface
     type(error_t), allocatable, intent(out) :: error
     integer, parameter :: most_checks = 4000
     type(parts_t) :: parts
+    character(:), allocatable :: words
     real(wp) :: low(2), length(2), place(2)
     integer :: i, j, n_left
     logical :: is_crossing
@@ -378,8 +395,16 @@ contains
         n_left = most_checks
         call find_crossing(parts%curves(i), parts%curves(j), length, n_left, is_crossing, place)
         if (.not. is_crossing) cycle
-        call fail(error, "loops that cross themselves or each other at "// &
-                  place_text(position(surface, place)))
+        associate (one => parts%loop(i), other => parts%loop(j))
+          if (one == other) then
+            call fail(error, "loop "//to_text(one)//" crosses itself at "// &
+                      place_text(position(surface, place)))
+          else
+            words = "loops "//to_text(one)//" and "//to_text(other)//" cross"
+            if (other > n_loops) words = "loop "//to_text(one)//" crosses the border"
+            call fail(error, words//" at "//place_text(position(surface, place)))
+          end if
+        end associate
         return
       end do
     end do
