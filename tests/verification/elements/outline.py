@@ -90,6 +90,22 @@ def pieces(case):
                      log.count(f"{words}, which lies in what *TRIM cuts away"), 1, 1)
 
 
+def flight(case, element):
+    """A sheet of 60 x 30 trimmed in flight to a disk of radius 11 that its own motion has carried to
+    its place: mass, momentum and kinetic energy are those of the area inside."""
+    run = case.run("trim_flight", element=element)
+    speed = np.array([3000.0, -1000.0, 4000.0])
+    for what, area, at in (("sheet", 1800.0, 0), ("disk", np.pi * 11.0**2, -1)):
+        mass = DENSITY * THICKNESS * area
+        momentum = run.history["momentum"][at]
+        case.deviation(f"momentum of the flying {what}, {element}",
+                       np.abs(momentum / (mass * speed) - 1).max(), 3e-6)
+        case.error(f"kinetic energy of the flying {what}, {element}",
+                   run.history["kinetic_energy"][at], mass * speed @ speed / 2, 3e-6)
+    case.deviation(f"energy balance across the trim in flight, {element}",
+                   np.abs(run.history["energy_error"]).max(), 1e-9)
+
+
 def disks(case, element, exact):
     """Sizes of elements and errors of the lowest frequency."""
     sizes, errors = [], []
@@ -128,6 +144,7 @@ def main():
     for element, style in ((SHELLS, "o-"), (SOLIDS, "s--")):
         strips(case, element)
         loads(case, element)
+        flight(case, element)
         sizes, errors = disks(case, element, exact)
         if element == SHELLS:
             case.rate("rate of the frequency", sizes, errors, 1.8, 2.3)
