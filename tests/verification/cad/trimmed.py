@@ -4,6 +4,7 @@ usage: trimmed.py IGAFORM CASE
 """
 import os
 import pathlib
+import resource
 import shutil
 import subprocess
 import sys
@@ -89,23 +90,23 @@ def add_die(file, status="00000000"):
                     status=status)
 
 
-def side(start, step):
+def side(start, step, n):
     """Control points in the parameter plane of a side of a mesh; inner ones are waves."""
     points = np.array(start) + np.outer(np.arange(4) / 3, step)
     across = 1 - int(step[1])
-    if 0 < start[across] < N[across]:
+    if 0 < start[across] < n[across]:
         points[1:3, across] += np.array([0.14, -0.11]) * (1 + 0.3 * (sum(start) % 3))
-    return points / N * SIZE
+    return points / n * SIZE
 
 
-def cut_die(path):
-    """The die as pieces, each the whole surface and a loop of four cubics."""
+def cut_die(path, n=N):
+    """The die as n[0] by n[1] pieces, each the whole surface and a loop of four cubics."""
     file = Iges()
-    for j in range(N[1]):
-        for i in range(N[0]):
+    for j in range(n[1]):
+        for i in range(n[0]):
             surface = add_die(file, "00010000")
-            corners = side((i, j), (1, 0)), side((i + 1, j), (0, 1)), side((i, j + 1), (1, 0)), \
-                side((i, j), (0, 1))
+            corners = [side(start, step, n) for start, step in (
+                ((i, j), (1, 0)), ((i + 1, j), (0, 1)), ((i, j + 1), (1, 0)), ((i, j), (0, 1)))]
             curves = [file.add(126, 3, 3, 1, 0, 1, 0, *([0.0] * 4), *([1.0] * 4), *([1.0] * 4),
                                *np.hstack([net, np.zeros((4, 1))]).ravel(), 0.0, 1.0, 0., 0., 1.,
                                status="00010500") for net in corners]
@@ -221,7 +222,22 @@ def converter(igaform, folder):
     assert abs(distance - (6 - 8 ** 0.5)) < 1e-6, told
 
 
-CASES = {"pieces": pieces, "converter": converter}
+def many(igaform, folder):
+    """Processor time of `--check` with 1,000 and 10,000 pieces in a file. The limits are twice the
+    times that it may take on a machine without other work, 5 and 60 s."""
+    for n, limit in (((40, 25), 10.0), ((125, 80), 120.0)):
+        cut_die(folder / "cut.igs", n)
+        deck = folder / "cut.key"
+        deck.write_text(DECK.format(file="cut.igs", more="", friction=""))
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        told = run(igaform, deck, "--check", "--threads", "1")
+        seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+        print(f"{n[0] * n[1]} faces: {seconds:.1f} s of processor time")
+        assert f"{n[0] * n[1]} surfaces of" in told, told
+        assert seconds < limit, seconds
+
+
+CASES = {"pieces": pieces, "converter": converter, "many_long": many}
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
         CASES[sys.argv[2]](str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(name))

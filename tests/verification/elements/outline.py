@@ -91,8 +91,8 @@ def pieces(case):
 
 
 def flight(case, element):
-    """A sheet of 60 x 30 trimmed in flight to a disk of radius 11: mass, momentum and kinetic energy
-    are those of the area inside."""
+    """A sheet of 60 x 30 is trimmed in flight to a disk of radius 11: mass, momentum and kinetic
+    energy are those of the area inside."""
     run = case.run("trim_flight", element=element)
     speed = np.array([3000.0, -1000.0, 4000.0])
     for what, area, at in (("sheet", 1800.0, 0), ("disk", np.pi * 11.0**2, -1)):
