@@ -16,6 +16,10 @@ def ludwik(p, e):
     return p[0] + p[1] * e ** p[2]
 
 
+def hockett_sherby(p, e):
+    return p[1] - (p[1] - p[0]) * np.exp(-p[2] * e ** p[3])
+
+
 @dataclass(frozen=True)
 class Curve:
     name: str            # value of HARDENING of *PLASTIC
@@ -37,7 +41,10 @@ CURVES = {one.name: one for one in (
     Curve("VOCE", voce, ("sigma_0", "Q", "b"), voce_start, (1e-9, 0, 0)),
     Curve("SWIFT", swift, ("K", "eps_0", "n"), swift_start, (1e-9, 1e-9, 0)),
     Curve("LUDWIK", ludwik, ("sigma_0", "K", "n"),
-          lambda e, s: [0.9 * s[0], s[-1] - 0.9 * s[0], 0.5], (1e-9, 0, 1e-3)))}
+          lambda e, s: [0.9 * s[0], s[-1] - 0.9 * s[0], 0.5], (1e-9, 0, 1e-3)),
+    Curve("HOCKETT SHERBY", hockett_sherby, ("sigma_0", "sigma_s", "m", "n"),
+          lambda e, s: [s[0], 1.1 * s[-1], 3 / max(e[-1], 1e-6) ** 0.8, 0.8],
+          (1e-9, 1e-9, 0, 1e-3)))}
 
 
 def cyclic_stress(p, strain, n_back):

@@ -64,6 +64,16 @@ def yld2004(p, s, m):
     return (0.25 * total) ** (1 / m)
 
 
+def bbc2005(p, s, m):
+    """D. Banabic et al., Int. J. Plasticity 21 (2005), 493-512: a b L M N P Q R, m = 2 k."""
+    a, b, l, em, n, q, u, r = p
+    g = l * s[0] + em * s[1]
+    h = np.sqrt((n * s[0] - q * s[1]) ** 2 + s[2] ** 2 + 1e-60)
+    f = np.sqrt((u * s[0] - r * s[1]) ** 2 + s[2] ** 2 + 1e-60)
+    total = a * (power(h + g, m) + power(h - g, m)) + b * (power(h + f, m) + power(h - f, m))
+    return total ** (1 / m)
+
+
 def yld91(p, s, m):
     """F. Barlat, D. J. Lege and J. C. Brem, Int. J. Plasticity 7 (1991), 693-712: c1 c2 c3 c6."""
     c1, c2, c3, c6 = p
@@ -120,6 +130,7 @@ FUNCTIONS = {one.name: one for one in (
     YieldFunction("BARLAT89", barlat89, ("a", "h", "p"), (1, 1, 1)),
     YieldFunction("YLD91", yld91, ("c1", "c2", "c3", "c6"), (1,) * 4),
     YieldFunction("YLD2000", yld2000, tuple(f"alpha_{k}" for k in range(1, 9)), (1,) * 8),
+    YieldFunction("BBC2005", bbc2005, ("a", "b", "L", "M", "N", "P", "Q", "R"), (0.5,) * 8),
     YieldFunction("YLD2004", yld2004, tuple(f"{c}'" for c in TRANSFORM)
                   + tuple(f"{c}''" for c in TRANSFORM), (1,) * 14))}
 
@@ -129,6 +140,10 @@ def data_line(function, p, m):
     p = [f"{value:.6g}" for value in p]
     if function.name == "YLD91":
         p = [*p[:3], "1", "1", p[3]]
+    if function.name == "BARLAT89":
+        p.insert(1, f"{2 - float(p[0]):.6g}")
+    if function.name == "BBC2005":
+        m = 0.5 * m
     if function.name == "YLD2004":
         lines = [", ".join([*part[:6], "1", "1", part[6]]) for part in (p[:7], p[7:])]
         return "\n".join([*lines, f"{m:g}"])
