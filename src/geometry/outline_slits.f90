@@ -39,7 +39,7 @@ contains
     type(slit_t), intent(out) :: slit
     type(region_parts_t) :: parts
     type(reach_t) :: reach(2)
-    integer, allocatable :: stamp(:), begin(:), list(:)
+    integer, allocatable :: stamp(:), queue(:), begin(:), list(:)
     real(wp) :: least, gap, ends(2, 2), x(3, 2), lengths(2)
     integer :: a, b, d, p, low(2), high(2), number
 
@@ -49,7 +49,7 @@ contains
       call find_reach(surface%axes(d), reach(d))
     end do
     p = maxval(surface%axes%degree)
-    allocate (stamp(parts%n), source=0)
+    allocate (stamp(parts%n), queue(parts%n), source=0)
     least = real(p, wp)
     number = 0
     do b = 1, surface%axes(2)%n_basis
@@ -58,7 +58,7 @@ contains
         high = [reach(1)%last(a), reach(2)%last(b)]
         if (all(share(low(1):high(1), low(2):high(2)) >= 1.0_wp)) cycle
         number = number + 1
-        call spread_out(parts, low, high, p, number, stamp)
+        call spread_out(parts, low, high, p, number, stamp, queue)
         if (.not. is_parted(parts, low, high, number, stamp)) cycle
         lengths = [length_of(surface%axes(1), low(1), high(1)), &
                    length_of(surface%axes(2), low(2), high(2))]
@@ -132,11 +132,12 @@ contains
 
   !> Stamp what hangs together with the first part of some elements, within `around` more elements
   !! on each side.
-  pure subroutine spread_out(parts, low, high, around, number, stamp)
+  pure subroutine spread_out(parts, low, high, around, number, stamp, queue)
     type(region_parts_t), intent(in) :: parts
     integer, intent(in) :: low(2), high(2), around, number
     integer, intent(inout) :: stamp(:)
-    integer :: queue(size(stamp)), i, j, n, at, k
+    integer, intent(inout) :: queue(:)                !! room for all parts
+    integer :: i, j, n, at, k
 
     n = 0
     search: do j = low(2), high(2)

@@ -120,7 +120,7 @@ contains
     integer :: i, j, k, l
 
     surface = middle_of(element%grid, element%motion%x)
-    rule = new_gauss_rule(maxval(surface%axes%degree) + 1, 1)
+    rule = new_gauss_rule(maxval(surface%axes%degree), 1)
     xi = breaks(surface%axes(1))
     eta = breaks(surface%axes(2))
     area = 0.0_wp
