@@ -22,6 +22,13 @@ contains
 
     flow = 0.0_wp
     if (material%law /= "PLASTIC") return
+    if (material%plasticity%hardening == "YOSHIDA UEMORI") then
+      ! That of the bounding surface in tension, its (21).
+      associate (c => material%constants)
+        if (size(c) == 7) flow = c(2) + (c(7) + c(5))*(1.0_wp - exp(-c(4)*strain))
+      end associate
+      return
+    end if
     call new_hardening(trim(material%plasticity%hardening), material%constants, curve, error)
     if (allocated(error)) return
     call harden(curve, 1, [strain], stress, slope, bend, reach)

@@ -16,7 +16,8 @@ module material_keywords
                                          "USER MATERIAL", "DEPVAR", "HYPERELASTIC", &
                                          "USER DEFINED FIELD", "USER OUTPUT VARIABLES", &
                                          "RATE DEPENDENT", "BACK STRESS", "POTENTIAL", &
-                                         "ORIENTATION", "ADIABATIC HEATING"]
+                                         "ORIENTATION", "ADIABATIC HEATING", &
+                                         "UNLOADING MODULUS"]
   integer, parameter :: plastic_part = 3, user_part = 4, hyperelastic_part = 6
   integer, parameter :: of_user(3) = [5, 7, 8]   ! need *USER MATERIAL
   integer, parameter :: first_of_plastic = 9
@@ -112,6 +113,8 @@ contains
       material%plasticity%rate_constants = all_numbers(record)
     case ("BACK STRESS")
       material%plasticity%back_stresses = all_numbers(record)
+    case ("UNLOADING MODULUS")
+      material%plasticity%unloading = all_numbers(record)
     case ("POTENTIAL")
       material%plasticity%potential = option_text(record, "TYPE")
       material%plasticity%coefficients = all_numbers(record)

@@ -15,6 +15,7 @@ module material_table
   use yield_function, only: yield_function_t, new_yield_function
   use tensor_rotation, only: axes_from_points
   use anisotropic_plastic, only: new_anisotropic_plastic
+  use yoshida_uemori, only: new_yoshida_uemori
   implicit none
   private
 
@@ -89,6 +90,13 @@ contains
     type(flow_curve_t) :: curve
     type(back_stresses_t) :: back
 
+    if (spec%plasticity%hardening == "YOSHIDA UEMORI") then
+      call new_yoshida_uemori(spec, law, error)
+      return
+    end if
+    call require(.not. allocated(spec%plasticity%unloading), "material: an unloading modulus "// &
+                 "only with the hardening YOSHIDA UEMORI", error)
+    if (blames(error, "*UNLOADING MODULUS")) return
     call new_hardening(spec%plasticity%hardening, spec%constants, curve%hardening, error)
     if (blames(error, "*PLASTIC")) return
     if (spec%plasticity%rate /= "") then

@@ -12,6 +12,7 @@ module law_spec
     integer :: n_stages = 0                    !! of the multi-stage return, 0: backward Euler
     real(wp), allocatable :: back_stresses(:)  !! pairs C [stress], gamma
     real(wp), allocatable :: heating(:)        !! share, specific heat, temperatures, exponent
+    real(wp), allocatable :: unloading(:)      !! E_a [stress], xi: modulus after plastic strain
     character(16) :: potential = ""            !! HILL48, YLD91 or YLD2004; "": von Mises
     real(wp), allocatable :: coefficients(:)   !! of the yield function
     real(wp), allocatable :: orientation(:)    !! vectors a and b, axes of the material
