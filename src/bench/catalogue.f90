@@ -73,9 +73,9 @@ contains
   !> Force routine by law; of a user's subroutine also its bare loop.
   subroutine add_laws(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
-    character(12), parameter :: laws(16) = [character(12) :: "elastic", "voce_elastic", "swift", &
-      "ludwik", "table", "cowper", "johnson", "stages", "neo_hooke", "chaboche", "hill48", &
-      "yld91", "yld2004", "umat_small", "umat_voce", "vumat_voce"]
+    character(12), parameter :: laws(17) = [character(12) :: "elastic", "voce_elastic", "swift", &
+      "ludwik", "table", "cowper", "johnson", "stages", "neo_hooke", "chaboche", "yoshida", &
+      "hill48", "yld91", "yld2004", "umat_small", "umat_voce", "vumat_voce"]
     type(user_case_t) :: bare
     integer :: i
 
@@ -154,8 +154,8 @@ contains
   !> The force routine on shells of 2560 elements with layers split at the middle.
   subroutine add_shells(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
-    character(12), parameter :: laws(5) = [character(12) :: "voce", "voce_elastic", "elastic", &
-                                           "swift", "hill48"]
+    character(12), parameter :: laws(6) = [character(12) :: "voce", "voce_elastic", "elastic", &
+                                           "swift", "yoshida", "hill48"]
     type(force_case_t) :: item
     integer :: i
 

@@ -255,6 +255,10 @@ contains
       spec%plasticity%n_stages = 5
     case ("chaboche")
       spec%plasticity%back_stresses = [20000.0_wp, 200.0_wp, 2000.0_wp, 20.0_wp]
+    case ("yoshida")
+      spec%plasticity%hardening = "YOSHIDA UEMORI"
+      spec%plasticity%unloading = [0.74_wp*young, 30.8_wp]
+      spec%constants = [124.0_wp, 168.0_wp, 500.0_wp, 12.0_wp, 9.0_wp, 0.5_wp, 190.0_wp]
     case ("hill48")
       spec%plasticity%potential = "HILL48"
       spec%plasticity%coefficients = [1.8_wp, 1.5_wp, 2.2_wp]

@@ -26,7 +26,7 @@ module two_surface
 
 contains
 
-  !> What the steps of a row start from: dp by the slope at its start, and the u of this dp. Points
+  !> What the steps of a row start from: dp and u by slopes at the start of the increment. Points
   !! that do not yield are closed.
   pure subroutine begin_return(self, n, stiffness, products, size, speeds, dgamma, fade, open)
     type(two_surface_t), intent(in) :: self
@@ -36,7 +36,7 @@ contains
     real(wp), intent(in) :: size(n)            !! R
     real(wp), intent(out) :: speeds(n, 2)      !! C a and C sqrt(a)
     real(wp), intent(out) :: dgamma(n), fade(n), open(n)   !! fade: u; open: 1 yields, 0 does not
-    real(wp) :: yield, room, approach, rate, shift, a, norm, over, along, slope, u, by_d, by_along
+    real(wp) :: yield, room, approach, rate, shift, a, norm, over, along, s, per, slope, d
     integer :: l
 
     yield = self%yield
@@ -44,21 +44,24 @@ contains
     approach = self%approach
     rate = self%rate
     shift = self%shift
-    !$omp simd private(a, norm, over, along, slope, u, by_d, by_along)
+    !$omp simd private(a, norm, over, along, s, per, slope, d)
     do l = 1, n
       a = max(room + size(l), 0.0_wp)
       speeds(l, 1) = approach*a
       speeds(l, 2) = approach*sqrt(a)
       norm = sqrt(max(products(l, 1), least))
+      s = sqrt(sqrt(max(products(l, 4), least)))
+      per = 1.0_wp/(norm*s)
       over = norm - yield
       open(l) = merge(1.0_wp, 0.0_wp, over > just_above*yield)
-      along = products(l, 2)/norm
-      slope = stiffness(l) + speeds(l, 1) + rate*shift - rate*products(l, 3)/norm &
-              - speeds(l, 2)*along/sqrt(sqrt(max(products(l, 4), least)))
-      dgamma(l) = open(l)*max(over, 0.0_wp)/max(slope, 0.5_wp*stiffness(l))
-      call fade_theta(speeds(l, 1), speeds(l, 2), products(l, 4), along, dgamma(l), u, by_d, &
-                      by_along)
-      fade(l) = open(l)*u
+      along = products(l, 2)*(per*s)
+      slope = stiffness(l) + speeds(l, 1) + rate*shift - rate*products(l, 3)*(per*s) &
+              - speeds(l, 2)*along*(per*norm)
+      d = open(l)*over/max(slope, 0.5_wp*stiffness(l))
+      dgamma(l) = d
+      ! s after dp, by its slope at the start: 2 s ds = (C a n.theta/|theta| - C sqrt(a) s) dp.
+      s = max(0.5_wp*s, s + 0.5_wp*d*(speeds(l, 1)*along*(per*norm)**3 - speeds(l, 2)))
+      fade(l) = speeds(l, 2)*d/(speeds(l, 2)*d + s)
     end do
   end subroutine begin_return
 
@@ -68,17 +71,20 @@ contains
     real(wp), intent(in) :: square, along      !! |theta|^2, n.theta
     real(wp), intent(in) :: d                  !! dp
     real(wp), intent(out) :: u, by_d, by_along
-    real(wp) :: k, t, root, s, per, s_by_along
+    real(wp) :: k, grown, t, root, s, per, per_t
 
     k = ck*d
-    t = sqrt(max(square + ca*d*(2.0_wp*along + ca*d), least))
+    grown = ca*d
+    t = sqrt(max(square + grown*(2.0_wp*along + grown), least))
     root = sqrt(k*k + 4.0_wp*t)
-    s = 2.0_wp*t/(k + root)
-    per = 1.0_wp/(s + k)
+    ! 1/(t root) and 1/(s + k) by one division, for 2 (s + k) = k + root.
+    per = 1.0_wp/((k + root)*(t*root))
+    per_t = (k + root)*per
+    per = 2.0_wp*(t*root)*per
+    s = t*per
     u = k*per
-    s_by_along = ca*d/(t*root)
-    by_d = (ck*s - k*(ca*(along + ca*d)/t - ck*s)/root)*per*per
-    by_along = -k*s_by_along*per*per
+    by_d = (ck*s - k*per_t*(ca*(along + grown) - ck*s*t))*per*per
+    by_along = -k*grown*per_t*per*per
   end subroutine fade_theta
 
   !> One step of Newton's method for the points of a row that are open. A step from residuals whose
@@ -90,7 +96,7 @@ contains
     real(wp), intent(inout) :: dgamma(n), fade(n), open(n)   !! fade: u
     real(wp), intent(out) :: n_open            !! points left
     real(wp) :: yield, rate, shift, d, u, v, v1, x1, x2, per, norm, grown, along, target, by_d, &
-                by_along, by_u, lag, residual, fall, step
+                by_along, part, lag, residual, fall, step
     integer :: l
 
     yield = self%yield
@@ -98,7 +104,7 @@ contains
     shift = self%shift
     n_open = 0.0_wp
     !$omp simd private(d, u, v, v1, x1, x2, per, norm, grown, along, target, by_d, by_along, &
-    !$omp by_u, lag, residual, fall, step) reduction(+:n_open)
+    !$omp part, lag, residual, fall, step) reduction(+:n_open)
     do l = 1, n
       d = dgamma(l)
       u = fade(l)
@@ -113,18 +119,18 @@ contains
       along = x1*per
       x2 = x2*per
       call fade_theta(speeds(l, 1), speeds(l, 2), products(l, 4), along, d, target, by_d, by_along)
-      by_u = by_along*(products(l, 4) - along*along)*per
+      part = 1.0_wp - min(by_along*(products(l, 4) - along*along)*per, 0.0_wp)
       by_d = by_d + by_along*v1*(products(l, 5) - along*x2)*per
-      per = 1.0_wp/(1.0_wp - min(by_u, 0.0_wp))
-      lag = (target - u)*per
-      by_d = by_d*per
       grown = speeds(l, 1)*d
       residual = norm - yield - shear3(l)*d - (1.0_wp - u)*grown - shift*v
-      fall = shear3(l) + (1.0_wp - u)*speeds(l, 1) + v1*(shift - x2) - (along + grown)*by_d
-      step = (residual + (along + grown)*lag)/max(fall, 0.1_wp*shear3(l))
-      step = open(l)*max(step, -0.9_wp*d)
+      lag = target - u
+      ! Both unknowns by one division: 1/fall and 1/part.
+      fall = part*(shear3(l) + (1.0_wp - u)*speeds(l, 1) + v1*(shift - x2)) - (along + grown)*by_d
+      fall = max(fall, 0.1_wp*part*shear3(l))
+      per = 1.0_wp/(part*fall)
+      step = open(l)*max((part*residual + (along + grown)*lag)*(part*per), -0.9_wp*d)
       dgamma(l) = d + step
-      fade(l) = min(max(u + (open(l)*lag + by_d*step), 0.0_wp), 1.0_wp)
+      fade(l) = min(max(u + (open(l)*lag + by_d*step)*(fall*per), 0.0_wp), 1.0_wp)
       open(l) = merge(open(l), 0.0_wp, abs(residual) > near*yield .or. abs(lag) > near)
       n_open = n_open + open(l)
     end do
@@ -139,7 +145,7 @@ contains
     real(wp), intent(inout) :: dgamma(n), fade(n), open(n)
     real(wp), intent(out) :: n_open
     real(wp) :: yield, rate, shift, d, u, v, v1, per, per1, per2, x, x1, g1, g2, g3, u1, u2, u3, &
-                d1, d2, d3, left, residual, pu, pd, along, target, by_d, by_along, by_u, lag, &
+                d1, d2, d3, left, residual, pu, pd, along, target, by_d, by_along, part, lag, &
                 fall, step, square
     integer :: l
 
@@ -148,7 +154,7 @@ contains
     shift = self%shift
     n_open = 0.0_wp
     !$omp simd private(d, u, v, v1, per, per1, per2, x, x1, g1, g2, g3, u1, u2, u3, d1, d2, d3, &
-    !$omp left, residual, pu, pd, along, target, by_d, by_along, by_u, lag, fall, step, square) &
+    !$omp left, residual, pu, pd, along, target, by_d, by_along, part, lag, fall, step, square) &
     !$omp reduction(+:n_open)
     do l = 1, n
       d = dgamma(l)
@@ -158,8 +164,9 @@ contains
       v1 = rate*per*per
       x = yield + (1.0_wp - u)*speeds(l, 1)*d + shift*v
       x1 = (1.0_wp - u)*speeds(l, 1) + shift*v1
-      per1 = 1.0_wp/(x + moduli(l, 1)*d)
-      per2 = 1.0_wp/(x + moduli(l, 2)*d)
+      per = 1.0_wp/((x + moduli(l, 1)*d)*(x + moduli(l, 2)*d))
+      per1 = (x + moduli(l, 2)*d)*per
+      per2 = (x + moduli(l, 1)*d)*per
       ! xi/X, and its derivatives with respect to u and dp.
       g1 = (relative(l, 1) + u*back(l, 1, 1) + v*back(l, 1, 2))*per1
       g2 = (relative(l, 2) + u*back(l, 2, 1) + v*back(l, 2, 2))*per2
@@ -178,16 +185,16 @@ contains
       along = left*(g1*back(l, 1, 1) + g2*back(l, 2, 1) + g3*back(l, 3, 1))
       square = back(l, 1, 1)**2 + back(l, 2, 1)**2 + back(l, 3, 1)**2
       call fade_theta(speeds(l, 1), speeds(l, 2), square, along, d, target, by_d, by_along)
-      by_u = by_along*(left*(u1*back(l, 1, 1) + u2*back(l, 2, 1) + u3*back(l, 3, 1)) - along*pu)
+      part = by_along*(left*(u1*back(l, 1, 1) + u2*back(l, 2, 1) + u3*back(l, 3, 1)) - along*pu)
+      part = 1.0_wp - min(part, 0.0_wp)
       by_d = by_d + by_along*(left*(d1*back(l, 1, 1) + d2*back(l, 2, 1) + d3*back(l, 3, 1)) &
                               - along*pd)
-      per = 1.0_wp/(1.0_wp - min(by_u, 0.0_wp))
-      lag = (target - u)*per
-      by_d = by_d*per
-      fall = max(-(pd + pu*by_d), 0.1_wp*moduli(l, 1)*per2)
-      step = open(l)*max((residual + pu*lag)/fall, -0.9_wp*d)
+      lag = target - u
+      fall = max(-(part*pd + pu*by_d), 0.1_wp*part*moduli(l, 1)*per2)
+      per = 1.0_wp/(part*fall)
+      step = open(l)*max((part*residual + pu*lag)*(part*per), -0.9_wp*d)
       dgamma(l) = d + step
-      fade(l) = min(max(u + (open(l)*lag + by_d*step), 0.0_wp), 1.0_wp)
+      fade(l) = min(max(u + (open(l)*lag + by_d*step)*(fall*per), 0.0_wp), 1.0_wp)
       open(l) = merge(open(l), 0.0_wp, abs(residual) > near .or. abs(lag) > near)
       n_open = n_open + open(l)
     end do
@@ -260,7 +267,7 @@ contains
     type(two_surface_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: dgamma(n)
-    real(wp), intent(in) :: products(n, 3)     !! of beta - q at the end and the change of beta
+    real(wp), intent(in) :: products(n, 3)     !! of beta - q at the start and the change of beta
     real(wp), intent(inout) :: size(n), radius(n)    !! R, r
     real(wp), intent(out) :: share(n)          !! of beta - q by which q moves
     real(wp) :: rate, growth, saturation, always, distance, over, moved, before, root, part, grown
@@ -272,12 +279,12 @@ contains
     always = merge(1.0_wp, 0.0_wp, self%shift <= 0.0_wp)
     !$omp simd private(distance, over, moved, before, root, part, grown)
     do l = 1, n
-      distance = sqrt(max(products(l, 1), least))
+      distance = sqrt(max(products(l, 1) + 2.0_wp*products(l, 2) + products(l, 3), least))
       over = merge(max(distance - radius(l), 0.0_wp), 0.0_wp, dgamma(l) > 0.0_wp)
       ! Part of the move inside g: |beta - q + part (change)| = r from beta at the start.
       moved = max(products(l, 3), least)
-      before = products(l, 2) - products(l, 3)
-      part = min(products(l, 1) - 2.0_wp*products(l, 2) + products(l, 3) - radius(l)**2, 0.0_wp)
+      before = products(l, 2)
+      part = min(products(l, 1) - radius(l)**2, 0.0_wp)
       root = sqrt(before**2 - moved*part)
       if (before > 0.0_wp) then
         part = -part/(root + before)

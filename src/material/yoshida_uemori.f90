@@ -33,7 +33,7 @@ module yoshida_uemori
   use law_spec, only: law_spec_t
   use constant_check, only: check_count, check_finite, require
   use block_law, only: block_law_t, set_elastic
-  use plane_return, only: plane_back_stresses, add_plane_back_stresses
+  use plane_return, only: plane_back_stresses
   use plane_stress, only: plane_trial, flow_in_plane, mode_moduli
   use row_functions, only: exp_row
   use tensor_rotation, only: rotate_all_by_spin
@@ -240,9 +240,8 @@ contains
       call find_root(self%surfaces, [shear3(l), shear3(l)], groups, speeds(l, :), dgamma(l), &
                      fade(l), ok)
     end do
-    call flow_in_space(self, n, shear3, speeds(:, 1), dgamma, fade, relative, stress, &
-                       state(:, at_theta:))
-    call products_in_space(n, state(:, at_beta:), relative, products)
+    call flow_in_space(self%surfaces, n, shear3, speeds(:, 1), dgamma, fade, relative, stress, &
+                       state(:, at_theta:), products)
     call grow_bound(self%surfaces, n, dgamma, products, state(:, at_size), state(:, at_radius), &
                     share)
     call follow_beta(n, share, state(:, at_beta:))
@@ -255,87 +254,73 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in) :: stress(n, 6), back(n, 6, 3)
     real(wp), intent(out) :: relative(n, 6), products(n, 6)
-    real(wp) :: mean
+    real(wp) :: mean, x1, x2, x3, x4, x5, x6, t1, t2, t3, t4, t5, t6, b1, b2, b3, b4, b5, b6
     integer :: l
 
-    !$omp simd private(mean)
+    !$omp simd private(mean, x1, x2, x3, x4, x5, x6, t1, t2, t3, t4, t5, t6, b1, b2, b3, b4, b5, b6)
     do l = 1, n
+      t1 = back(l, 1, 1); t2 = back(l, 2, 1); t3 = back(l, 3, 1)
+      t4 = back(l, 4, 1); t5 = back(l, 5, 1); t6 = back(l, 6, 1)
+      b1 = back(l, 1, 2); b2 = back(l, 2, 2); b3 = back(l, 3, 2)
+      b4 = back(l, 4, 2); b5 = back(l, 5, 2); b6 = back(l, 6, 2)
       mean = (stress(l, 1) + stress(l, 2) + stress(l, 3))*(1.0_wp/3.0_wp)
-      relative(l, 1) = stress(l, 1) - mean - back(l, 1, 1) - back(l, 1, 2)
-      relative(l, 2) = stress(l, 2) - mean - back(l, 2, 1) - back(l, 2, 2)
-      relative(l, 3) = stress(l, 3) - mean - back(l, 3, 1) - back(l, 3, 2)
-      relative(l, 4) = stress(l, 4) - back(l, 4, 1) - back(l, 4, 2)
-      relative(l, 5) = stress(l, 5) - back(l, 5, 1) - back(l, 5, 2)
-      relative(l, 6) = stress(l, 6) - back(l, 6, 1) - back(l, 6, 2)
+      x1 = stress(l, 1) - mean - t1 - b1
+      x2 = stress(l, 2) - mean - t2 - b2
+      x3 = stress(l, 3) - mean - t3 - b3
+      x4 = stress(l, 4) - t4 - b4
+      x5 = stress(l, 5) - t5 - b5
+      x6 = stress(l, 6) - t6 - b6
+      relative(l, 1) = x1; relative(l, 2) = x2; relative(l, 3) = x3
+      relative(l, 4) = x4; relative(l, 5) = x5; relative(l, 6) = x6
+      products(l, 1) = 1.5_wp*(x1*x1 + x2*x2 + x3*x3) + 3.0_wp*(x4*x4 + x5*x5 + x6*x6)
+      products(l, 2) = 1.5_wp*(x1*t1 + x2*t2 + x3*t3) + 3.0_wp*(x4*t4 + x5*t5 + x6*t6)
+      products(l, 3) = 1.5_wp*(x1*b1 + x2*b2 + x3*b3) + 3.0_wp*(x4*b4 + x5*b5 + x6*b6)
+      products(l, 4) = 1.5_wp*(t1*t1 + t2*t2 + t3*t3) + 3.0_wp*(t4*t4 + t5*t5 + t6*t6)
+      products(l, 5) = 1.5_wp*(t1*b1 + t2*b2 + t3*b3) + 3.0_wp*(t4*b4 + t5*b5 + t6*b6)
+      products(l, 6) = 1.5_wp*(b1*b1 + b2*b2 + b3*b3) + 3.0_wp*(b4*b4 + b5*b5 + b6*b6)
     end do
-    call multiply(n, relative, relative, products(:, 1))
-    call multiply(n, relative, back(:, :, 1), products(:, 2))
-    call multiply(n, relative, back(:, :, 2), products(:, 3))
-    call multiply(n, back(:, :, 1), back(:, :, 1), products(:, 4))
-    call multiply(n, back(:, :, 1), back(:, :, 2), products(:, 5))
-    call multiply(n, back(:, :, 2), back(:, :, 2), products(:, 6))
   end subroutine relative_products
 
-  !> 3/2 a:b of deviators.
-  pure subroutine multiply(n, a, b, product)
+  !> Flow of a row by dp along xi, and the products that `grow_bound` needs. What does not flow
+  !! keeps its bits.
+  pure subroutine flow_in_space(surfaces, n, shear3, ca, dgamma, fade, relative, stress, back, &
+                                products)
+    type(two_surface_t), intent(in) :: surfaces
     integer, intent(in) :: n
-    real(wp), intent(in) :: a(n, 6), b(n, 6)
-    real(wp), intent(out) :: product(n)
-    integer :: l
-
-    !$omp simd
-    do l = 1, n
-      product(l) = 1.5_wp*(a(l, 1)*b(l, 1) + a(l, 2)*b(l, 2) + a(l, 3)*b(l, 3)) &
-                   + 3.0_wp*(a(l, 4)*b(l, 4) + a(l, 5)*b(l, 5) + a(l, 6)*b(l, 6))
-    end do
-  end subroutine multiply
-
-  !> Flow of a row by dp along xi. What does not flow keeps its bits.
-  pure subroutine flow_in_space(self, n, shear3, ca, dgamma, fade, relative, stress, back)
-    class(yoshida_uemori_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in), dimension(n) :: shear3, ca, dgamma   !! ca: C a
-    real(wp), intent(in) :: fade(n)            !! u
-    real(wp), intent(inout) :: relative(n, 6)  !! of `relative_products`, out the change of beta
+    real(wp), intent(in), dimension(n) :: shear3, ca, dgamma, fade   !! ca: C a, fade: u
+    real(wp), intent(in) :: relative(n, 6)     !! of `relative_products`
     real(wp), intent(inout) :: stress(n, 6), back(n, 6, 3)
-    real(wp) :: per(n), second(n), yield, rate, shift, u, v, along
+    real(wp), intent(out) :: products(n, 3)
+    real(wp) :: per(n), second(n), yield, rate, shift, weight, u, v, along, change, distance
     integer :: c, l
 
-    yield = self%surfaces%yield
-    rate = self%surfaces%rate
-    shift = self%surfaces%shift
+    yield = surfaces%yield
+    rate = surfaces%rate
+    shift = surfaces%shift
     !$omp simd
     do l = 1, n
       second(l) = rate*dgamma(l)/(1.0_wp + rate*dgamma(l))
       per(l) = 1.0_wp/(yield + (shear3(l) + (1.0_wp - fade(l))*ca(l))*dgamma(l) + shift*second(l))
+      products(l, :) = 0.0_wp
     end do
     do c = 1, 6
-      !$omp simd private(u, v, along)
+      weight = merge(1.5_wp, 3.0_wp, c <= 3)
+      !$omp simd private(u, v, along, change, distance)
       do l = 1, n
         u = fade(l)
         v = second(l)
         along = (relative(l, c) + u*back(l, c, 1) + v*back(l, c, 2))*per(l)
         stress(l, c) = stress(l, c) - shear3(l)*dgamma(l)*along
         back(l, c, 1) = (1.0_wp - u)*(back(l, c, 1) + ca(l)*dgamma(l)*along)
-        relative(l, c) = v*(shift*along - back(l, c, 2))
-        back(l, c, 2) = back(l, c, 2) + relative(l, c)
+        distance = back(l, c, 2) - back(l, c, 3)
+        change = v*(shift*along - back(l, c, 2))
+        back(l, c, 2) = back(l, c, 2) + change
+        products(l, 1) = products(l, 1) + weight*distance**2
+        products(l, 2) = products(l, 2) + weight*distance*change
+        products(l, 3) = products(l, 3) + weight*change**2
       end do
     end do
   end subroutine flow_in_space
-
-  !> Products that `grow_bound` needs.
-  pure subroutine products_in_space(n, back, change, products)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: back(n, 6, 2)      !! beta at the end, q
-    real(wp), intent(in) :: change(n, 6)       !! of beta
-    real(wp), intent(inout) :: products(n, 6)
-    real(wp) :: distance(n, 6)
-
-    distance = back(:, :, 1) - back(:, :, 2)
-    call multiply(n, distance, distance, products(:, 1))
-    call multiply(n, distance, change, products(:, 2))
-    call multiply(n, change, change, products(:, 3))
-  end subroutine products_in_space
 
   !> Let q follow beta.
   pure subroutine follow_beta(n, share, back)
@@ -378,9 +363,9 @@ contains
         modes(:, c) = fraction*modes(:, c)
       end do
       call flow_in_plane(n, self%bulk, self%shear, modes, stress, through)
-      call add_plane_back_stresses(n, 3, back - old, state(:, at_theta:))
+      call add_modes(n, old, back, state(:, at_theta:))
     end if
-    through = through/fraction
+    if (self%modulus_loss > 0.0_wp) through = through/fraction
   end subroutine update_plane
 
   !> Rotate modes by the angle of the spin increment about the normal (T. J. R. Hughes and
@@ -406,6 +391,28 @@ contains
       end do
     end do
   end subroutine rotate_modes
+
+  !> Add the changes of modes to the tensors, see `plane_back_stresses`.
+  pure subroutine add_modes(n, old, new, tensors)
+    integer, intent(in) :: n
+    real(wp), intent(in), dimension(n, 3, 3) :: old, new
+    real(wp), intent(inout) :: tensors(n, 6, 3)
+    real(wp), parameter :: per_root3 = 1.0_wp/sqrt(3.0_wp)
+    real(wp) :: mean, half
+    integer :: k, l
+
+    do k = 1, 3
+      !$omp simd private(mean, half)
+      do l = 1, n
+        mean = (1.0_wp/3.0_wp)*(new(l, 1, k) - old(l, 1, k))
+        half = per_root3*(new(l, 2, k) - old(l, 2, k))
+        tensors(l, 1, k) = tensors(l, 1, k) + (mean + half)
+        tensors(l, 2, k) = tensors(l, 2, k) + (mean - half)
+        tensors(l, 3, k) = tensors(l, 3, k) - 2.0_wp*mean
+        tensors(l, 4, k) = tensors(l, 4, k) + per_root3*(new(l, 3, k) - old(l, 3, k))
+      end do
+    end do
+  end subroutine add_modes
 
   !> Return of a row in plane stress.
   pure subroutine return_in_sheet(self, n, fraction, modes, back, scalars, ok)
@@ -514,9 +521,9 @@ contains
             /(yield + ((1.0_wp - u)*ca(l) + moduli(l, k))*dgamma(l) + shift*v)
         modes(l, i) = dgamma(l)*g
         back(l, i, 1) = (1.0_wp - u)*(back(l, i, 1) + ca(l)*dgamma(l)*g)
+        distance = back(l, i, 2) - back(l, i, 3)
         change = v*(shift*g - back(l, i, 2))
         back(l, i, 2) = back(l, i, 2) + change
-        distance = back(l, i, 2) - back(l, i, 3)
         products(l, 1) = products(l, 1) + distance**2
         products(l, 2) = products(l, 2) + distance*change
         products(l, 3) = products(l, 3) + change**2
