@@ -44,7 +44,8 @@ contains
 
     if (n_errors(errors) == 0) then
       if (.not. any(is_plastic(scene%materials))) call add_error(errors, origin_of(scene), &
-        "no material with *PLASTIC to study the return of", "at least one *PLASTIC")
+        "no material with *PLASTIC to study the return of", &
+        "at least one *PLASTIC, of another HARDENING than YOSHIDA UEMORI")
     end if
     call report_errors(errors, error_unit)
     code = merge(exit_input, exit_done, n_errors(errors) > 0)
@@ -65,10 +66,11 @@ contains
     code = exit_input
   end function run_return_study
 
+  !> *PLASTIC with both stress integrations?
   elemental logical function is_plastic(material)
     type(material_spec_t), intent(in) :: material
 
-    is_plastic = material%law == "PLASTIC"
+    is_plastic = material%law == "PLASTIC" .and. material%plasticity%hardening /= "YOSHIDA UEMORI"
   end function is_plastic
 
   !> Where a deck speaks of materials, for messages.

@@ -15,6 +15,7 @@ import numpy as np
 
 PROGRAM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 EXAMPLE = os.path.join(PROJECT, "input", "material_tests.key")
+CYCLIC = os.path.join(PROJECT, "input", "material_cyclic.key")
 sys.path.insert(0, PROJECT)
 
 from post import material  # noqa: E402
@@ -282,6 +283,60 @@ class TestRuns(Folder):
         stress = table["stress_11 [stress]"]
         np.testing.assert_allclose(stress[[100, 200]], [276.5112140079883, 361.37313977264375],
                                    atol=1e-7)
+
+
+class TestCycles(Folder):
+    """The model of Yoshida and Uemori in one dimension, integrated in small steps by Heun's method
+    in plastic strain."""
+    Y, B, C, M, SHIFT, H, R_SAT = 124, 168, 500, 12, 9, 0.5, 190
+    MODULUS, LEAST, XI = 206000, 152000, 30.8
+
+    def modulus(self, eqps):
+        return self.MODULUS - (self.MODULUS - self.LEAST) * (1 - np.exp(-self.XI * eqps))
+
+    def rates(self, way, state):
+        theta, beta, q, size, radius = state
+        a = self.B + size - self.Y
+        theta_rate = self.C * (way * a - np.copysign(np.sqrt(a * abs(theta)), theta))
+        beta_rate = self.M * (way * self.SHIFT - beta)
+        if abs(beta - q) < radius - 1e-9 or (beta - q) * beta_rate < 0:
+            return np.array([theta_rate, beta_rate, 0, 0, 0])
+        return np.array([theta_rate, beta_rate, (1 - self.H) * beta_rate,
+                         self.M * (self.R_SAT - size), self.H * abs(beta_rate)])
+
+    def corners(self, strains, step=2e-6):
+        """Stresses at the turns of a strain."""
+        state, eqps, strain, stress = np.zeros(5), 0.0, 0.0, 0.0
+        for target in strains:
+            way = np.sign(target - strain)
+            strain += (state[0] + state[1] + way * self.Y - stress) / self.modulus(eqps)
+            stress = state[0] + state[1] + way * self.Y
+            while way * (target - strain) > 0:
+                first = self.rates(way, state)
+                slope = self.modulus(eqps) + way * (first[0] + first[1])
+                part = min(step, way * (target - strain) * self.modulus(eqps) / slope)
+                second = self.rates(way, state + part * first)
+                state = state + part * (first + second) / 2
+                change = state[0] + state[1] + way * self.Y - stress
+                strain += way * part + change / self.modulus(eqps + part / 2)
+                stress, eqps = stress + change, eqps + part
+                if part < step / 1e6:
+                    break
+            strain = target
+            yield stress
+
+    def test_cycles_follow_the_model(self):
+        self.run_program("material", CYCLIC, "--quiet")
+        expected = list(self.corners([0.01, -0.01, 0.01, -0.01]))
+        for name in ("cycles", "sheet"):
+            table = columns(self.path(f"material_cyclic-{name}.csv"))
+            strain, stress = table["strain_11 [1]"], table["stress_11 [MPa]"]
+            turns = np.flatnonzero(np.abs(np.abs(strain) - 0.01) < 1e-12)[:4]
+            np.testing.assert_allclose(stress[turns], expected, atol=0.12)
+            np.testing.assert_allclose(stress, columns(self.path("material_cyclic-cycles.csv"))
+                                       ["stress_11 [MPa]"], atol=1e-6)
+        tension = columns(self.path("material_cyclic-tension.csv"))["stress_11 [MPa]"]
+        np.testing.assert_allclose(tension[-1], list(self.corners([0.2]))[0], atol=0.12)
 
 
 BACK = """*MATERIAL, NAME=steel
