@@ -12,7 +12,8 @@ module two_surface
   real(wp), parameter, public :: least = 1.0e-60_wp   !! square of a stress that counts as none
   real(wp), parameter :: just_above = 1.0e-13_wp      ! over the yield stress, so left alone
   integer, parameter :: n_halvings = 1100             ! down to zero
-  real(wp), parameter :: near = 1.0e-6_wp             ! residual whose square is lost in the digits
+  real(wp), parameter :: near = 1.0e-6_wp             ! residual over Y whose square is lost in
+                                                      ! the digits
 
   type, public :: two_surface_t
     real(wp) :: yield = 0.0_wp          !! Y [stress]
@@ -49,11 +50,12 @@ contains
       a = max(room + size(l), 0.0_wp)
       speeds(l, 1) = approach*a
       speeds(l, 2) = approach*sqrt(a)
-      norm = sqrt(max(products(l, 1), least))
-      s = sqrt(sqrt(max(products(l, 4), least)))
+      ! What is not a number stays open: max() would drop it.
+      norm = sqrt(products(l, 1) + least)
+      s = sqrt(sqrt(products(l, 4) + least))
       per = 1.0_wp/(norm*s)
       over = norm - yield
-      open(l) = merge(1.0_wp, 0.0_wp, over > just_above*yield)
+      open(l) = merge(0.0_wp, 1.0_wp, over <= just_above*yield)
       along = products(l, 2)*(per*s)
       slope = stiffness(l) + speeds(l, 1) + rate*shift - rate*products(l, 3)*(per*s) &
               - speeds(l, 2)*along*(per*norm)
@@ -131,7 +133,7 @@ contains
       step = open(l)*max((part*residual + (along + grown)*lag)*(part*per), -0.9_wp*d)
       dgamma(l) = d + step
       fade(l) = min(max(u + (open(l)*lag + by_d*step)*(fall*per), 0.0_wp), 1.0_wp)
-      open(l) = merge(open(l), 0.0_wp, abs(residual) > near*yield .or. abs(lag) > near)
+      open(l) = merge(0.0_wp, open(l), abs(residual) <= near*yield .and. abs(lag) <= near)
       n_open = n_open + open(l)
     end do
   end subroutine step_in_space
@@ -195,7 +197,7 @@ contains
       step = open(l)*max((part*residual + pu*lag)*(part*per), -0.9_wp*d)
       dgamma(l) = d + step
       fade(l) = min(max(u + (open(l)*lag + by_d*step)*(fall*per), 0.0_wp), 1.0_wp)
-      open(l) = merge(open(l), 0.0_wp, abs(residual) > near .or. abs(lag) > near)
+      open(l) = merge(0.0_wp, open(l), abs(residual) <= near .and. abs(lag) <= near)
       n_open = n_open + open(l)
     end do
   end subroutine step_in_sheet
