@@ -11,7 +11,7 @@ SHARES = {"3x3x3": 0.72, "2x2x3": 0.70, "2x2x2": 0.66}
 RATIONAL_SHARE = 0.55
 # The same with 2x2x3 points and other laws, all points flowing, over that with Voce.
 OVER_VOCE = {"table": 1.3, "swift": 1.4, "ludwik": 1.4, "cowper": 1.4, "johnson": 1.4,
-             "hill48": 1.7, "chaboche": 2.0, "yld91": 4.0, "yld2004": 7.0}
+             "hill48": 1.7, "chaboche": 2.0, "yoshida": 3.0, "yld91": 4.0, "yld2004": 7.0}
 # Shells of degree 2 with six layers over other records of the same run.
 SHELL = "shell/p2/2x2/6/"
 SHELL_OVER = (("voce/plain", "force/p2/2x2x6/voce/plain/default", 0.55),
