@@ -12,7 +12,7 @@ module two_surface
   real(wp), parameter, public :: least = 1.0e-60_wp   !! square of a stress that counts as none
   real(wp), parameter :: just_above = 1.0e-13_wp      ! over the yield stress, so left alone
   integer, parameter :: n_halvings = 1100             ! down to zero
-  real(wp), parameter :: near = 1.0e-6_wp             ! residual over Y whose square is lost in
+  real(wp), parameter :: near = 1.0e-7_wp             ! residual over Y whose square is lost in
                                                       ! the digits
 
   type, public :: two_surface_t
