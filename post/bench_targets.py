@@ -17,6 +17,8 @@ SHELL = "shell/p2/2x2/6/"
 SHELL_OVER = (("voce/plain", "force/p2/2x2x6/voce/plain/default", 0.55),
               ("voce/plain", "force/p2/2x2x3/voce/plain/default", 0.85),
               ("hill48/plain", SHELL + "voce/plain", 1.7),
+              ("barlat89/plain", SHELL + "voce/plain", 2.0),
+              ("yld2000/plain", SHELL + "voce/plain", 3.5),
               ("voce/rational", SHELL + "voce/plain", 1.5))
 OVER_PLAIN = 1.6       # weights over none
 OVER_TUNED = 3.0       # a point of the general routine over one of the instance for 3x3x3

@@ -154,8 +154,8 @@ contains
   !> The force routine on shells of 2560 elements with layers split at the middle.
   subroutine add_shells(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
-    character(12), parameter :: laws(6) = [character(12) :: "voce", "voce_elastic", "elastic", &
-                                           "swift", "yoshida", "hill48"]
+    character(12), parameter :: laws(8) = [character(12) :: "voce", "voce_elastic", "elastic", &
+                                           "swift", "yoshida", "hill48", "barlat89", "yld2000"]
     type(force_case_t) :: item
     integer :: i
 

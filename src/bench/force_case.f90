@@ -52,6 +52,9 @@ module force_case
     -0.069888_wp, 0.936408_wp, 0.079143_wp, 1.003060_wp, 0.524741_wp, 1.363180_wp, &
     1.023770_wp, 1.069060_wp, 0.954322_wp, 0.981171_wp, 0.476741_wp, 0.575316_wp, 0.866827_wp, &
     1.145010_wp, -0.079294_wp, 1.051660_wp, 1.147100_wp, 1.404620_wp, 8.0_wp]
+  !> The same sheet, F. Barlat et al., Int. J. Plasticity 19 (2003), table 3, first row.
+  real(wp), parameter :: plane_2090(9) = [0.4865_wp, 1.3783_wp, 0.7536_wp, 1.0246_wp, 1.0363_wp, &
+                                          0.9036_wp, 1.2321_wp, 1.4858_wp, 8.0_wp]
   real(wp), parameter, public :: dt = 1.0e-7_wp   !! [s]
   integer, parameter :: n_warm = 60            !! calls before the first repetition
 
@@ -270,6 +273,16 @@ contains
     case ("yld2004")
       spec%plasticity%potential = "YLD2004"
       spec%plasticity%coefficients = al_2090
+      spec%plasticity%orientation = rolling_direction
+    case ("barlat89")
+      spec%is_sheet = .true.
+      spec%plasticity%potential = "BARLAT89"
+      spec%plasticity%coefficients = [1.8_wp, 1.5_wp, 2.2_wp, 6.0_wp]
+      spec%plasticity%orientation = rolling_direction
+    case ("yld2000")
+      spec%is_sheet = .true.
+      spec%plasticity%potential = "YLD2000"
+      spec%plasticity%coefficients = plane_2090
       spec%plasticity%orientation = rolling_direction
     end select
     call new_law(spec, law, error)

@@ -87,13 +87,14 @@ contains
   !> Is it the label of a hot procedure?
   pure logical function is_hot(line)
     character(*), intent(in) :: line
-    character(40), parameter :: stems(14) = [character(40) :: "__ig_solid_p", "__plane_strain_p", &
+    character(40), parameter :: stems(16) = [character(40) :: "__ig_solid_p", "__plane_strain_p", &
       "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_turn_to_end", &
       "__voce_MOD_elastic_trial", "__voce_MOD_radial_return", &
       "__row_functions_MOD_exp", "__row_functions_MOD_log", "__power_sums_MOD_", &
       "__argument_products_MOD_", &
       "__invariant_yield_MOD_evaluate", "__yield_return_MOD_", "__hill_return_MOD_", &
-      "__closest_point_MOD_follow_lanes"]
+      "__closest_point_MOD_follow_lanes", "__plane_yield_MOD_evaluate", &
+      "__plane_yield_return_MOD_return"]
     integer :: i
 
     is_hot = .false.

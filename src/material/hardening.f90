@@ -3,7 +3,8 @@
 !!
 !! Isotropic: E. Voce, J. Inst. Metals 74 (1948); H. W. Swift, J. Mech. Phys. Solids 1 (1952);
 !! mix of both: C. C. Roth and D. Mohr, Int. J. Plasticity 56 (2014), eq. (8); P. Ludwik, Elemente
-!! der technologischen Mechanik, Springer 1909.
+!! der technologischen Mechanik, Springer 1909; J. E. Hockett and O. D. Sherby, J. Mech. Phys.
+!! Solids 23 (1975).
 !!
 !! Kinematic: P. J. Armstrong and C. O. Frederick, CEGB report RD/B/N 731 (1966), several back
 !! stresses as J. L. Chaboche, Int. J. Plasticity 2 (1986): each grows by 2/3 C deps_p - gamma alpha
@@ -30,18 +31,18 @@ module hardening
 
   integer, parameter, public :: voce_kind = 2
   integer, parameter :: no_hardening = 0, linear_kind = 1, swift_kind = 3, mixed_kind = 4, &
-                        table_kind = 5, ludwik_kind = 6
+                        table_kind = 5, ludwik_kind = 6, hockett_kind = 7
 
   !> One hardening curve; which constants count depends on `kind`.
   type, public :: hardening_t
     integer :: kind = no_hardening
-    real(wp) :: yield = 0.0_wp        !! sigma_0 of linear, Ludwik and Voce [stress]
+    real(wp) :: yield = 0.0_wp        !! sigma_0 of all but Swift [stress]
     real(wp) :: modulus = 0.0_wp      !! slope of linear hardening [stress]
-    real(wp) :: saturation = 0.0_wp   !! Q of Voce [stress]
-    real(wp) :: rate = 0.0_wp         !! b of Voce
+    real(wp) :: saturation = 0.0_wp   !! Q of Voce, sigma_s - sigma_0 of Hockett and Sherby [stress]
+    real(wp) :: rate = 0.0_wp         !! b of Voce, m of Hockett and Sherby
     real(wp) :: strength = 0.0_wp     !! K of Swift and Ludwik [stress]
     real(wp) :: offset = 0.0_wp       !! eps_0 of Swift
-    real(wp) :: exponent = 0.0_wp     !! n of Swift and Ludwik
+    real(wp) :: exponent = 0.0_wp     !! n of Swift, Ludwik, Hockett and Sherby
     real(wp) :: fraction = 0.0_wp     !! alpha, fraction of Swift in the mix
     real(wp), allocatable :: strains(:), stresses(:)   !! points of the table
     real(wp), allocatable :: slopes(:)                 !! after each of them, the last is zero
@@ -60,21 +61,23 @@ contains
 
   !> Curve of this name with its constants checked: VOCE (sigma_0, Q, b), SWIFT (K, eps_0, n),
   !! LUDWIK (sigma_0, K, n), LINEAR (sigma_0, H), PERFECT (sigma_0), VOCE SWIFT (alpha, K, eps_0, n,
-  !! sigma_0, Q, b) or TABLE (stress, plastic strain, stress, ...). Softening is rejected.
+  !! sigma_0, Q, b), HOCKETT SHERBY (sigma_0, sigma_s, m, n) or TABLE (stress, plastic strain,
+  !! stress, ...). Softening is rejected.
   pure subroutine new_hardening(name, constants, curve, error)
     character(*), intent(in) :: name
     real(wp), intent(in) :: constants(:)
     type(hardening_t), intent(out) :: curve
     type(error_t), allocatable, intent(out) :: error
-    character(*), parameter :: names(6) = [character(10) :: "VOCE", "SWIFT", "LUDWIK", "LINEAR", &
-      "PERFECT", "VOCE SWIFT"]
-    integer, parameter :: kinds(6) = [voce_kind, swift_kind, ludwik_kind, linear_kind, &
-      linear_kind, mixed_kind]
-    integer, parameter :: counts(6) = [3, 3, 3, 2, 1, 7]
-    character(*), parameter :: words(6) = [character(50) :: "three constants: sigma_0, Q, b", &
+    character(*), parameter :: names(7) = [character(14) :: "VOCE", "SWIFT", "LUDWIK", "LINEAR", &
+      "PERFECT", "VOCE SWIFT", "HOCKETT SHERBY"]
+    integer, parameter :: kinds(7) = [voce_kind, swift_kind, ludwik_kind, linear_kind, &
+      linear_kind, mixed_kind, hockett_kind]
+    integer, parameter :: counts(7) = [3, 3, 3, 2, 1, 7, 4]
+    character(*), parameter :: words(7) = [character(50) :: "three constants: sigma_0, Q, b", &
       "three constants: K, eps_0, n", "three constants: sigma_0, K, n", &
       "two constants: sigma_0, H", "one constant: sigma_0", &
-      "seven constants: alpha, K, eps_0, n, sigma_0, Q, b"]
+      "seven constants: alpha, K, eps_0, n, sigma_0, Q, b", &
+      "four constants: sigma_0, sigma_s, m, n"]
     integer :: i
 
     call check_finite("constants", constants, error)
@@ -88,7 +91,7 @@ contains
     end do
     if (i > size(names)) then
       call fail(error, "material: unknown hardening "//trim(name)//", known are VOCE, SWIFT, "// &
-                "LUDWIK, LINEAR, PERFECT, VOCE SWIFT and TABLE")
+                "LUDWIK, LINEAR, PERFECT, VOCE SWIFT, HOCKETT SHERBY and TABLE")
       return
     end if
     curve%kind = kinds(i)
@@ -123,6 +126,8 @@ contains
     select case (curve%kind)
     case (swift_kind)
       return
+    case (hockett_kind)
+      call set_hockett(constants, curve, error)
     case (ludwik_kind, linear_kind)
       curve%yield = constants(1)
       if (curve%kind == linear_kind .and. n == 2) curve%modulus = constants(2)
@@ -140,6 +145,22 @@ contains
     call require(curve%rate >= 0.0_wp, &
                  "material: the saturation rate b must not be negative, "//softening, error)
   end subroutine set_constants
+
+  pure subroutine set_hockett(constants, curve, error)
+    real(wp), intent(in) :: constants(:)   !! sigma_0, sigma_s, m, n
+    type(hardening_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(inout) :: error
+
+    curve%yield = constants(1)
+    curve%saturation = constants(2) - constants(1)
+    curve%rate = constants(3)
+    curve%exponent = constants(4)
+    call require(curve%saturation >= 0.0_wp, &
+                 "material: sigma_s must not be below sigma_0, "//softening, error)
+    call require(curve%rate >= 0.0_wp, "material: m must not be negative, "//softening, error)
+    call require(curve%exponent > 0.0_wp .and. curve%exponent <= 1.0_wp, &
+                 "material: the exponent n must be above 0 and not exceed 1", error)
+  end subroutine set_hockett
 
   pure subroutine set_table(constants, curve, error)
     real(wp), intent(in) :: constants(:)   !! stress and plastic strain in turn
@@ -195,11 +216,12 @@ contains
                 .or. curve%kind == mixed_kind
   end function has_power
 
-  !> Is the slope infinite at zero plastic strain, as Hollomon has it?
+  !> Is the slope infinite at zero plastic strain, as that of Hollomon's curve is?
   elemental logical function is_steep_at_start(curve)
     type(hardening_t), intent(in) :: curve
 
-    is_steep_at_start = has_power(curve) .and. curve%offset <= 0.0_wp .and. curve%exponent < 1.0_wp
+    is_steep_at_start = (has_power(curve) .or. curve%kind == hockett_kind) &
+                        .and. curve%offset <= 0.0_wp .and. curve%exponent < 1.0_wp
   end function is_steep_at_start
 
   !> Flow stress, its slope and its bend at the plastic strains of a row. Where the slope is
@@ -227,6 +249,8 @@ contains
       flow = curve%fraction*flow + (1.0_wp - curve%fraction)*other
       slope = curve%fraction*slope + (1.0_wp - curve%fraction)*other_slope
       bend = curve%fraction*bend + (1.0_wp - curve%fraction)*other_bend
+    case (hockett_kind)
+      call hockett_row(curve, n, eqps, flow, slope, bend)
     case (table_kind)
       call table_row(curve, n, eqps, flow, slope, reach)
       bend = 0.0_wp
@@ -336,6 +360,31 @@ contains
       bend(l) = (1.0_wp - curve%exponent)*slope(l)*min(strain(l), most_per_strain)
     end do
   end subroutine power_law_row
+
+  !> sigma_s - (sigma_s - sigma_0) exp(-m eqps^n).
+  pure subroutine hockett_row(curve, n, eqps, flow, slope, bend)
+    type(hardening_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: eqps(n)
+    real(wp), intent(out) :: flow(n), slope(n), bend(n)
+    real(wp) :: strain(n), power(n)
+    integer :: l
+
+    strain = merge(least_strain, eqps, eqps < least_strain)   ! a NaN stays a NaN
+    power = strain
+    call power_row(n, curve%exponent, power)
+    flow = -curve%rate*power
+    call exp_row(n, flow)
+    !$omp simd
+    do l = 1, n
+      strain(l) = 1.0_wp/strain(l)
+      ! The slope of m eqps^n.
+      power(l) = curve%rate*curve%exponent*power(l)*strain(l)
+      slope(l) = curve%saturation*power(l)*flow(l)
+      bend(l) = slope(l)*min((1.0_wp - curve%exponent)*strain(l) + power(l), most_per_strain)
+      flow(l) = curve%yield + curve%saturation*(1.0_wp - flow(l))
+    end do
+  end subroutine hockett_row
 
   !> Linear between the points of the table, constant after the last.
   pure subroutine table_row(curve, n, eqps, flow, slope, reach)

@@ -16,6 +16,9 @@ module material_table
   use tensor_rotation, only: axes_from_points
   use anisotropic_plastic, only: new_anisotropic_plastic
   use yoshida_uemori, only: new_yoshida_uemori
+  use plane_yield, only: plane_yield_t
+  use sheet_functions, only: is_sheet_function, new_sheet_function
+  use sheet_plastic, only: new_sheet_plastic
   implicit none
   private
 
@@ -140,10 +143,21 @@ contains
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
     type(yield_function_t) :: yield
+    type(plane_yield_t) :: plane
     real(wp) :: axes(3, 3)
+    logical :: is_plane
 
-    call new_yield_function(spec%plasticity%potential, spec%plasticity%coefficients, yield, error)
-    if (blames(error, "*POTENTIAL")) return
+    is_plane = is_sheet_function(spec%plasticity%potential)
+    if (is_plane) then
+      call new_sheet_function(spec%plasticity%potential, spec%plasticity%coefficients, plane, error)
+      if (.not. allocated(error)) call check_sheet(spec, back, error)
+    else
+      call new_yield_function(spec%plasticity%potential, spec%plasticity%coefficients, yield, error)
+    end if
+    if (allocated(error)) then
+      if (.not. allocated(error%keyword)) error%keyword = "*POTENTIAL"
+      return
+    end if
     if (.not. allocated(spec%plasticity%orientation)) then
       call fail(error, "material: the yield function "//trim(spec%plasticity%potential)// &
                 " needs an *ORIENTATION that gives the rolling direction")
@@ -151,8 +165,31 @@ contains
     end if
     call axes_from_points(spec%plasticity%orientation, axes, error)
     if (blames(error, "*ORIENTATION")) return
-    allocate (law, source=new_anisotropic_plastic(spec%density, spec%young, spec%poisson, curve, &
-                                                  yield, back, axes, spec%plasticity%n_stages))
+    if (is_plane) then
+      allocate (law, source=new_sheet_plastic(spec%density, spec%young, spec%poisson, curve, &
+                                              plane, axes))
+    else
+      allocate (law, source=new_anisotropic_plastic(spec%density, spec%young, spec%poisson, curve, &
+                                                    yield, back, axes, spec%plasticity%n_stages))
+    end if
   end subroutine new_anisotropic
+
+  !> What a yield function for plane stress cannot be combined with.
+  subroutine check_sheet(spec, back, error)
+    type(law_spec_t), intent(in) :: spec
+    type(back_stresses_t), intent(in) :: back
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: name
+
+    name = "material: the yield function "//trim(spec%plasticity%potential)
+    call require(spec%is_sheet, name//" is defined in plane stress: for shells (*BLANK, "// &
+                 "ELEMENT=SHELL) and *MATERIAL TEST, STRESS STATE=PLANE STRESS; solids take "// &
+                 "HILL48, YLD91 or YLD2004", error)
+    if (blames(error, "*POTENTIAL")) return
+    call require(back%n == 0, name//" takes no *BACK STRESS; HILL48, YLD91 and YLD2004 do", error)
+    if (blames(error, "*BACK STRESS")) return
+    call require(spec%plasticity%n_stages == 0, name//" takes no STRESS UPDATE=MULTISTAGE", error)
+    if (allocated(error)) error%keyword = "*PLASTIC"
+  end subroutine check_sheet
 
 end module material_table

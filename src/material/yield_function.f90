@@ -80,7 +80,8 @@ contains
       call set_exponent(constants(19), yield, error)
     case default
       call fail(error, "material: unknown yield function "//trim(name)// &
-                ", known are HILL48, YLD91 and YLD2004")
+                ", known are HILL48, YLD91 and YLD2004, and in plane stress BARLAT89, "// &
+                "YLD2000, BBC2003 and BBC2005")
     end select
   end subroutine new_yield_function
 

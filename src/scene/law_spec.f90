@@ -13,7 +13,7 @@ module law_spec
     real(wp), allocatable :: back_stresses(:)  !! pairs C [stress], gamma
     real(wp), allocatable :: heating(:)        !! share, specific heat, temperatures, exponent
     real(wp), allocatable :: unloading(:)      !! E_a [stress], xi: modulus after plastic strain
-    character(16) :: potential = ""            !! HILL48, YLD91 or YLD2004; "": von Mises
+    character(16) :: potential = ""            !! TYPE of *POTENTIAL; "": von Mises
     real(wp), allocatable :: coefficients(:)   !! of the yield function
     real(wp), allocatable :: orientation(:)    !! vectors a and b, axes of the material
   end type plasticity_spec_t
@@ -33,7 +33,7 @@ module law_spec
     logical :: has_own_fields = .false.        !! UMAT: field variables are set by a USDFLD
     logical :: is_small = .false.              !! UMAT: without deformation gradients
     logical :: is_of_solids = .false.          !! UMAT: has no form for shells
-    logical :: is_sheet = .false.              !! UMAT: its points are in plane stress
+    logical :: is_sheet = .false.              !! its points are in plane stress
   end type law_spec_t
 
 end module law_spec

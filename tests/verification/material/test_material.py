@@ -28,6 +28,36 @@ STEEL = """*MATERIAL, NAME=steel
 *PLASTIC, HARDENING=VOCE
 250, {hardening}, 6
 """
+# A strip of 20 x 10 x 1 of the sheet 2090-T3 of Barlat et al. (2003), pulled by 1 in a static step.
+STRIP = """*MATERIAL, NAME=2090-T3
+*DENSITY
+2.6e-9
+*ELASTIC
+70000, 0.33
+*PLASTIC, HARDENING=LINEAR
+280, 3000
+*POTENTIAL, TYPE=YLD2000
+0.4865, 1.3783, 0.7536, 1.0246, 1.0363, 0.9036, 1.2321, 1.4858, 8
+*ORIENTATION
+{a}, {b}, 0, -{b}, {a}, 0
+*BLANK, NAME=strip, MATERIAL=2090-T3, TYPE=BOX, ELEMENT={element}
+x, 0, 20, 2, 4
+y, 0, 10, 2, 2
+z, 0, 1, 2, 1
+*HISTORY POINT, NAME=corner
+1, 1, 0.5
+*STEP
+*BOUNDARY
+X_MIN, XSYMM
+Y_MIN, YSYMM
+ALL, 3, 3
+*BOUNDARY, TYPE=VELOCITY
+X_MAX, 1, 1, 1
+*STATIC
+0.1, 1
+*OUTPUT, FRAMES=1, HISTORY=10
+*END STEP
+"""
 TENSION = "*MATERIAL TEST, NAME={name}, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=20\n{strain}\n"
 
 
@@ -180,6 +210,53 @@ class TestPlaneStress(Folder):
             self.assertGreater(abs(solid["stress"][-1, 2]), 1)
             self.assertGreater(abs(sheet["strain"][-1, 2]), 1e-5)
             self.assertEqual(sheet["stress"][-1, 2], 0)
+
+    def test_published_sheets_have_their_measured_values(self):
+        deck = os.path.join(PROJECT, "input", "sheet_potentials.key")
+        self.run_program("material", deck, "--quiet", "--out", self.path("sheets.h5"))
+        # Barlat et al. (2003), table 2; Banabic et al. (2005), table 1: r-values at 0, 45 and 90
+        # degrees, yield stresses over that at 0 degrees at 90 degrees and in equibiaxial tension.
+        measured = {"2090-T3": ([0.21, 1.58, 0.69], [0.910, 1.035]),
+                    "6181-T4": ([0.672, 0.606, 0.821], [137 / 142, 134 / 142]),
+                    "steel": ([1.8, 1.5, 2.2], None)}
+        with h5py.File(self.path("sheets.h5")) as file:
+            for name, (r_values, ratios) in measured.items():
+                test = file["tests"]["r-values of " + name]
+                np.testing.assert_allclose(test["r_value"][[0, 3, 6]], r_values, atol=3e-3)
+                locus = file["tests"]["locus of " + name]
+                s11, s22 = locus["stress"][:].T
+                np.testing.assert_allclose(locus["stress"][36:], -locus["stress"][:36], atol=1e-2)
+                if ratios:
+                    np.testing.assert_allclose([s22[18] / s11[0], s11[9] / s11[0]], ratios,
+                                               atol=1e-3)
+
+    def test_a_shell_pulled_in_a_static_step_has_the_r_values(self):
+        for a, b, r, strength in ((1, 0, 0.21, 1), (0, 1, 0.69, 0.910)):
+            deck = self.write(STRIP.format(a=a, b=b, element="SHELL"), "strip.key")
+            self.run_program(deck, "--quiet")
+            with h5py.File(self.path("strip.h5")) as file:
+                across = file["history/probes/corner/displacement"][-1, 1]
+                thickness = file["VTKHDF/PointData/thickness"][-1]
+            # Yield stress by plastic work, whose equivalent strain is that along the pull.
+            along = np.log(21 / 20)
+            stress = strength * 280
+            for _ in range(50):
+                stress = strength * (280 + 3000 * strength * (along - stress / 70000))
+            elastic = 0.33 * stress / 70000
+            width, through = np.log(1 + across / 10) + elastic, np.log(thickness) + elastic
+            self.assertAlmostEqual(width / through, r, delta=2e-3)
+            self.assertAlmostEqual(width + through, stress / 70000 - along, delta=2e-5)
+
+    def test_functions_of_sheets_are_refused_on_solids(self):
+        solid = self.write(STRIP.format(a=1, b=0, element="SOLID"), "solid.key")
+        self.assertIn("solid.key:8: error: *POTENTIAL: found TYPE=YLD2000, a yield function of "
+                      "plane stress, for solids", self.run_program(solid, code=1).stderr)
+        deck = (STEEL.format(hardening=250) + "*POTENTIAL, TYPE=BARLAT89\n1.8, 1.5, 2.2, 6\n"
+                "*ORIENTATION\n1, 0, 0, 0, 1, 0\n")
+        path = self.write(deck + TENSION.format(name="a", strain=0.1))
+        done = self.run_program("material", path, code=1)
+        self.assertIn("deck.key:8: error: *POTENTIAL: found TYPE=BARLAT89, a yield function of "
+                      "plane stress, for solids; expected HILL48, YLD91 or YLD2004", done.stderr)
 
 
 class TestRuns(Folder):

@@ -1,0 +1,554 @@
+!> Return mapping to a yield surface of `plane_yield` in plane stress with any flow curve, `lanes`
+!! points at a time.
+!!
+!! Stresses are those of the yield function in the axes of the material, and so are their elastic
+!! moduli M. With B, a stiffness over M, backward Euler is the projection of the trial stress onto
+!! the yield surface in the metric of B: B times the stress is B times the trial stress less the
+!! stiffness times dgamma times the gradient.
+!!
+!! Newton's method for stress and plastic strain together, with a line search (W. M. Scherzinger,
+!! CMAME 317 (2017)). It starts on the yield surface in the direction of the stress before the
+!! increment, with the plastic strain of the tangent plane there, which is never too much: under
+!! continued loading one or two steps are left. Where it does not converge, residual levels that
+!! fall to zero lead there (J. W. Yoon, D. Y. Yang and K. Chung, CMAME 174 (1999)).
+module plane_yield_return
+  use kinds, only: wp
+  use deviator_lanes, only: lanes
+  use flow_curve, only: flow_curve_t, flow_after, is_rough, is_steep
+  use consistency, only: solve_consistency
+  use plane_yield, only: plane_yield_t, evaluate_plane_yield, slope_in_plane, excess_in_plane
+  implicit none
+  private
+
+  public :: return_in_plane
+
+  !> What stays the same during the return.
+  type, public :: plane_problem_t
+    real(wp) :: eqps(lanes), factor(lanes)      !! before the increment; factor on the flow stress
+    real(wp) :: flow(lanes), slope(lanes)       !! flow stress and slope there
+    real(wp) :: guess(lanes)                    !! of the plastic strain, see `begin_at`
+    real(wp) :: trial(lanes, 3)                 !! stress
+    real(wp) :: outset(lanes, 3)                !! stress whose direction is the start
+    real(wp) :: stiffness                       !! [stress]
+    real(wp) :: moduli(4), metric(4)            !! M [stress] and B, 11, 12, 22 and 33
+    real(wp) :: dt                              !! [time]
+  end type plane_problem_t
+
+  !> State of the iteration: stress, plastic strain, and what follows from them.
+  type :: iterate_t
+    real(wp) :: stress(lanes, 3), dgamma(lanes)
+    real(wp) :: q(lanes), gradient(lanes, 3), hessian(lanes, 6), flow(lanes), slope(lanes)
+    real(wp) :: size_ratio(lanes)         !! of the stress of the Hessian to that above
+  end type iterate_t
+
+  !> Newton's step from an iterate.
+  type :: step_t
+    real(wp) :: inverse(lanes, 6)         !! of the matrix: see `invert`
+    real(wp) :: change(lanes, 4)          !! of stress and plastic strain
+    real(wp) :: residual(lanes)           !! sum of squared residuals before it [stress^2]
+  end type step_t
+
+  !> Where each point stands in its line search. What is true or false is 1 or 0: so the loops
+  !! vectorise.
+  type :: search_t
+    real(wp) :: change(lanes, 4), before(lanes)  !! the last step that was taken, see `step_t`
+    real(wp) :: length(lanes), tries(lanes)      !! fraction of the step, how often it was cut
+    real(wp) :: open(lanes)                      !! 1: not yet converged
+  end type search_t
+
+  real(wp), parameter :: error = 1.0e-12_wp      !! of residuals, over the flow stress
+  real(wp), parameter :: just_above = 5.0e-12_wp !! over flow stress, so left alone
+
+contains
+
+  !> Plastic flow of the points that do; the others keep zeros.
+  pure subroutine return_in_plane(curve, yield, problem, overstress, dgamma, ok)
+    type(flow_curve_t), intent(in) :: curve
+    type(plane_yield_t), intent(in) :: yield
+    type(plane_problem_t), intent(inout) :: problem
+    real(wp), intent(out) :: overstress(lanes, 3)      !! by which the trial stress falls
+    real(wp), intent(out) :: dgamma(lanes)
+    logical, intent(out) :: ok
+    integer, parameter :: counts(4) = [1, 5, 25, 125]
+    type(iterate_t) :: now
+    real(wp), dimension(lanes) :: first, level, left, good, reach, resistance
+    integer :: attempt, i
+
+    overstress = 0.0_wp
+    dgamma = 0.0_wp
+    call find_flowing(yield, problem, now, left, reach, resistance, ok)
+    if (.not. (ok .and. sum(left) > 0.0_wp)) return
+    call find_poor(problem, now, reach, left, good)
+    call start(curve, yield, problem, 1, good, reach, resistance, level, first, now)
+    call climb(curve, yield, problem, left, now, ok)
+    if (ok) call keep(left, problem%trial, now, overstress, dgamma)
+    do attempt = 1, size(counts)
+      if (ok) exit
+      good = left
+      do i = 1, counts(attempt)
+        if (i == 1) then
+          call start(curve, yield, problem, counts(attempt), left, reach, resistance, level, &
+                     first, now)
+        else
+          level = level_at(i, counts(attempt), first, problem%flow)
+          call evaluate(curve, yield, problem, level, .true., now)
+        end if
+        call iterate(curve, yield, problem, level, good, now)
+      end do
+      call keep(good, problem%trial, now, overstress, dgamma)
+      left = left*(1.0_wp - good)
+      ok = .not. sum(left) > 0.0_wp
+    end do
+  end subroutine return_in_plane
+
+  !> Keep what some points have come to.
+  pure subroutine keep(good, trial, now, overstress, dgamma)
+    real(wp), intent(in) :: good(lanes), trial(lanes, 3)
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(inout) :: overstress(lanes, 3), dgamma(lanes)
+    integer :: i, l
+
+    !$omp simd
+    do l = 1, lanes
+      dgamma(l) = merge(now%dgamma(l), dgamma(l), good(l) > 0.5_wp)
+    end do
+    do i = 1, 3
+      !$omp simd
+      do l = 1, lanes
+        overstress(l, i) = merge(trial(l, i) - now%stress(l, i), overstress(l, i), &
+                                 good(l) > 0.5_wp)
+      end do
+    end do
+  end subroutine keep
+
+  !> Residual level i of n, as in `yield_return`: yield stress plus level falls by equal factors.
+  elemental real(wp) function level_at(i, n, first, flow)
+    integer, intent(in) :: i, n
+    real(wp), intent(in) :: first, flow   !! residual of the trial stress, first flow stress
+    real(wp), parameter :: least = 1.0e-6_wp
+    real(wp) :: lowest
+
+    level_at = 0.0_wp
+    if (i == n .or. .not. first > 0.0_wp) return
+    lowest = max(flow, least*first)
+    level_at = lowest*((1.0_wp + first/lowest)**(real(n - i, wp)/n) - 1.0_wp)
+  end function level_at
+
+  !> Which points flow. The yield function of the trial stress is never below the tangent plane at
+  !! the outset, so that under continued loading its own value is not asked for.
+  pure subroutine find_flowing(yield, problem, now, flows, reach, resistance, ok)
+    type(plane_yield_t), intent(in) :: yield
+    type(plane_problem_t), intent(in) :: problem
+    type(iterate_t), intent(inout) :: now        !! evaluated at the outset if any point flows
+    real(wp), intent(out) :: flows(lanes)        !! 1: outside the yield surface, 0: not
+    real(wp), intent(out), dimension(lanes) :: reach, resistance   !! see `look_ahead`
+    logical, intent(out) :: ok                   !! the trial stresses are numbers
+    real(wp) :: excess(lanes), n_flowing
+    logical :: is_loading
+    integer :: l
+
+    flows = 0.0_wp
+    call compare_lengths(problem%outset, problem%trial, is_loading, ok)
+    if (.not. ok) return
+    if (is_loading) then
+      call evaluate_plane_yield(yield, problem%outset, problem%flow, now%q, now%gradient, &
+                                now%hessian)
+      call look_ahead(problem, now%gradient, reach, resistance)
+      n_flowing = 0.0_wp
+      !$omp simd reduction(+:n_flowing)
+      do l = 1, lanes
+        flows(l) = merge(1.0_wp, 0.0_wp, reach(l) > (1.0_wp + just_above)*problem%flow(l))
+        n_flowing = n_flowing + flows(l)
+      end do
+      if (.not. n_flowing < lanes) return
+    end if
+    call excess_in_plane(yield, problem%trial, problem%flow, excess)
+    n_flowing = 0.0_wp
+    !$omp simd reduction(+:n_flowing)
+    do l = 1, lanes
+      flows(l) = merge(1.0_wp, 0.0_wp, excess(l) > just_above)
+      n_flowing = n_flowing + flows(l)
+    end do
+    if (is_loading .or. .not. n_flowing > 0.0_wp) return
+    call evaluate_plane_yield(yield, problem%outset, problem%flow, now%q, now%gradient, now%hessian)
+    call look_ahead(problem, now%gradient, reach, resistance)
+  end subroutine find_flowing
+
+  !> Are more than half of these stresses longer than before, and are all of them numbers?
+  pure subroutine compare_lengths(before, after, most_grow, are_numbers)
+    real(wp), intent(in), dimension(lanes, 3) :: before, after
+    logical, intent(out) :: most_grow, are_numbers
+    real(wp) :: n_longer, total, square
+    integer :: l
+
+    n_longer = 0.0_wp
+    total = 0.0_wp
+    !$omp simd private(square) reduction(+:n_longer, total)
+    do l = 1, lanes
+      square = after(l, 1)**2 + after(l, 2)**2 + after(l, 3)**2
+      total = total + square
+      n_longer = n_longer + merge(1.0_wp, 0.0_wp, &
+                                  square > before(l, 1)**2 + before(l, 2)**2 + before(l, 3)**2)
+    end do
+    most_grow = n_longer > 0.5_wp*lanes
+    are_numbers = total <= huge(total)
+  end subroutine compare_lengths
+
+  !> Yield function of the trial stress by the tangent plane of a gradient, and by how much it falls
+  !! with plastic strain along that.
+  pure subroutine look_ahead(problem, g, reach, resistance)
+    type(plane_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: g(lanes, 3)
+    real(wp), intent(out) :: reach(lanes), resistance(lanes)
+    real(wp), parameter :: least = 1.0e-3_wp     ! of the stiffness, where there is no gradient
+    integer :: l
+
+    associate (t => problem%trial, m => problem%moduli)
+      !$omp simd
+      do l = 1, lanes
+        reach(l) = g(l, 1)*t(l, 1) + g(l, 2)*t(l, 2) + g(l, 3)*t(l, 3)
+        resistance(l) = max(m(1)*g(l, 1)**2 + 2.0_wp*m(2)*g(l, 1)*g(l, 2) + m(3)*g(l, 2)**2 &
+                            + m(4)*g(l, 3)**2, least*problem%stiffness)
+      end do
+    end associate
+  end subroutine look_ahead
+
+  !> Start at the yield surface, raised by a level, in the direction of the stress at the outset; in
+  !! that of the trial stress where the tangent plane at the outset says little.
+  pure subroutine start(curve, yield, problem, n_levels, poor, reach, resistance, level, first, now)
+    type(flow_curve_t), intent(in) :: curve
+    type(plane_yield_t), intent(in) :: yield
+    type(plane_problem_t), intent(inout) :: problem
+    integer, intent(in) :: n_levels
+    real(wp), intent(in) :: poor(lanes)          !! 1: from the trial stress
+    real(wp), intent(inout), dimension(lanes) :: reach, resistance   !! of `look_ahead`
+    real(wp), intent(out) :: level(lanes)        !! the first of the levels
+    real(wp), intent(out) :: first(lanes)        !! residual of the tangent plane
+    type(iterate_t), intent(inout) :: now        !! evaluated at the outset
+    real(wp), dimension(lanes) :: bend, far
+    logical :: ok
+    integer :: i, l
+
+    if (sum(poor) > 0.0_wp) then
+      do i = 1, 3
+        !$omp simd
+        do l = 1, lanes
+          problem%outset(l, i) = merge(problem%trial(l, i), problem%outset(l, i), poor(l) > 0.5_wp)
+        end do
+      end do
+      call evaluate_plane_yield(yield, problem%outset, problem%flow, now%q, now%gradient, &
+                                now%hessian)
+      call look_ahead(problem, now%gradient, reach, resistance)
+    end if
+    !$omp simd
+    do l = 1, lanes
+      first(l) = max(reach(l) - problem%flow(l), 0.0_wp)
+      now%dgamma(l) = first(l)/(resistance(l) + problem%slope(l))
+      level(l) = 0.0_wp
+    end do
+    if (n_levels > 1) then
+      level = level_at(1, n_levels, first, problem%flow)
+      reach = reach - level
+      now%dgamma = (first - level)/(resistance + problem%slope)
+    end if
+    if (is_steep(curve)) then
+      call solve_consistency(curve, lanes, problem%dt, reach, resistance, problem%eqps, &
+                             problem%factor, problem%guess, now%dgamma, ok)
+    end if
+    call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, problem%flow, &
+                    now%dgamma, now%flow, now%slope, bend, far)
+    call move_to_surface(problem%outset, level, now)
+  end subroutine start
+
+  !> Where a tangent plane covers less than two thirds of the way to the trial stress t. The rest is
+  !! t.H.t/2 over the ratio of both sizes, for the Hessian H has no part along the stress where it
+  !! was found.
+  pure subroutine find_poor(problem, now, reach, left, poor)
+    type(plane_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(in) :: reach(lanes), left(lanes)
+    real(wp), intent(out) :: poor(lanes)
+    real(wp) :: rest, over
+    integer :: l
+
+    associate (t => problem%trial, h => now%hessian)
+      !$omp simd private(rest, over)
+      do l = 1, lanes
+        rest = t(l, 1)*(0.5_wp*h(l, 1)*t(l, 1) + h(l, 2)*t(l, 2) + h(l, 4)*t(l, 3)) &
+               + t(l, 2)*(0.5_wp*h(l, 3)*t(l, 2) + h(l, 5)*t(l, 3)) + 0.5_wp*h(l, 6)*t(l, 3)**2
+        over = reach(l) - problem%flow(l)
+        poor(l) = merge(0.0_wp, left(l), over > 0.0_wp .and. reach(l)*over > 2.0_wp*rest*now%q(l))
+      end do
+    end associate
+  end subroutine find_poor
+
+  !> Move to the yield surface, raised by a level. The gradient is that of all stresses in one
+  !! direction, the Hessian falls with their size.
+  pure subroutine move_to_surface(outset, level, now)
+    real(wp), intent(in) :: outset(lanes, 3), level(lanes)
+    type(iterate_t), intent(inout) :: now
+    real(wp) :: scaling(lanes), new, per
+    integer :: i, l
+
+    !$omp simd private(new, per)
+    do l = 1, lanes
+      new = now%flow(l) + level(l)
+      per = 1.0_wp/(new*now%q(l))
+      now%size_ratio(l) = per*now%q(l)**2
+      scaling(l) = per*new**2
+      now%q(l) = new
+    end do
+    do i = 1, 3
+      !$omp simd
+      do l = 1, lanes
+        now%stress(l, i) = scaling(l)*outset(l, i)
+      end do
+    end do
+  end subroutine move_to_surface
+
+  !> All at the stress and plastic strain of `now`, with second derivatives or without.
+  pure subroutine evaluate(curve, yield, problem, level, with_hessian, now)
+    type(flow_curve_t), intent(in) :: curve
+    type(plane_yield_t), intent(in) :: yield
+    type(plane_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: level(lanes)
+    logical, intent(in) :: with_hessian
+    type(iterate_t), intent(inout) :: now
+    real(wp), dimension(lanes) :: near, bend, far
+    integer :: l
+
+    call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, problem%flow, &
+                    now%dgamma, now%flow, now%slope, bend, far)
+    !$omp simd
+    do l = 1, lanes
+      near(l) = now%flow(l) + level(l)
+      if (with_hessian) now%size_ratio(l) = 1.0_wp
+    end do
+    if (with_hessian) then
+      call evaluate_plane_yield(yield, now%stress, near, now%q, now%gradient, now%hessian, &
+                                is_rough=.true.)
+    else
+      call slope_in_plane(yield, now%stress, near, now%q, now%gradient)
+    end if
+  end subroutine evaluate
+
+  !> The square of a residual, times this and over the flow stress, bounds what a step leaves, ten
+  !! times in tests: the yield surface bends by its exponent, and more the flow curve where it is
+  !! rough.
+  pure real(wp) function sharpness_of(curve, yield)
+    type(flow_curve_t), intent(in) :: curve
+    type(plane_yield_t), intent(in) :: yield
+
+    sharpness_of = 1.0_wp + 0.5_wp*yield%half
+    if (is_rough(curve)) sharpness_of = 1.0e8_wp*sharpness_of
+  end function sharpness_of
+
+  !> Plain steps of Newton's method, without evaluation after the last one: what it leaves follows
+  !! from the residual before it. Where two steps with one matrix are sure to be enough, the second
+  !! takes it over. Gives up where the residuals do not fall fast.
+  pure subroutine climb(curve, yield, problem, flows, now, is_done)
+    type(flow_curve_t), intent(in) :: curve
+    type(plane_yield_t), intent(in) :: yield
+    type(plane_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: flows(lanes)           !! 1: points to solve
+    type(iterate_t), intent(inout) :: now
+    logical, intent(out) :: is_done
+    integer, parameter :: most_steps = 8
+    real(wp), parameter :: least_fall = 0.1_wp     ! of the square of the residual
+    type(step_t) :: step
+    real(wp) :: level(lanes), sharpness, before, square, least_strain
+    logical :: is_new
+    integer :: i, l
+
+    !$omp simd
+    do l = 1, lanes
+      level(l) = 0.0_wp
+    end do
+    sharpness = sharpness_of(curve, yield)
+    before = huge(before)
+    is_new = .true.
+    is_done = .false.
+    do i = 1, most_steps
+      if (is_new) call invert(problem, now, step%inverse)
+      call find_step(problem, level, now, step)
+      call take_step(flows, step, now, square, least_strain)
+      if (.not. (square <= least_fall*before .and. least_strain >= 0.0_wp)) return
+      is_done = sharpness*sqrt(square)*merge(sqrt(square), sqrt(before), is_new) <= error
+      if (is_done) return
+      ! The next residual is mostly less than a third of the square of this one.
+      is_new = .not. is_new .or. sharpness*square*sqrt(square) > 3.0_wp*error
+      before = square
+      call evaluate(curve, yield, problem, level, is_new, now)
+    end do
+  end subroutine climb
+
+  !> Take a step at the points that flow.
+  pure subroutine take_step(flows, step, now, square, least_strain)
+    real(wp), intent(in) :: flows(lanes)
+    type(step_t), intent(in) :: step
+    type(iterate_t), intent(inout) :: now
+    real(wp), intent(out) :: square            !! largest residual over the least flow stress
+    real(wp), intent(out) :: least_strain      !! of the plastic strains
+    real(wp) :: least_flow
+    integer :: l
+
+    square = 0.0_wp
+    least_strain = 0.0_wp
+    least_flow = huge(least_flow)
+    !$omp simd reduction(max:square) reduction(min:least_strain, least_flow)
+    do l = 1, lanes
+      now%stress(l, 1) = now%stress(l, 1) + step%change(l, 1)
+      now%stress(l, 2) = now%stress(l, 2) + step%change(l, 2)
+      now%stress(l, 3) = now%stress(l, 3) + step%change(l, 3)
+      now%dgamma(l) = flows(l)*(now%dgamma(l) + step%change(l, 4))
+      square = max(square, flows(l)*step%residual(l))
+      least_flow = min(least_flow, now%flow(l))
+      least_strain = min(least_strain, now%dgamma(l))
+    end do
+    square = square/least_flow**2
+  end subroutine take_step
+
+  !> Newton's method with a line search on the sum of the squared residuals, down to `level`.
+  pure subroutine iterate(curve, yield, problem, level, good, now)
+    type(flow_curve_t), intent(in) :: curve
+    type(plane_yield_t), intent(in) :: yield
+    type(plane_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: level(lanes)
+    real(wp), intent(inout) :: good(lanes)        !! 1: points to solve, out those that converged
+    type(iterate_t), intent(inout) :: now
+    integer, parameter :: most = 120
+    type(search_t) :: search
+    type(step_t) :: step
+    real(wp) :: limit
+    integer :: evaluation
+
+    limit = error/sharpness_of(curve, yield)
+    search%before = huge(limit)
+    search%length = 1.0_wp
+    search%tries = 0.0_wp
+    search%change = 0.0_wp
+    search%open = good
+    do evaluation = 1, most
+      call invert(problem, now, step%inverse)
+      call find_step(problem, level, now, step)
+      call advance(limit, step, now, search)
+      if (.not. sum(search%open) > 0.0_wp) exit
+      call evaluate(curve, yield, problem, level, .true., now)
+    end do
+    good = good*(1.0_wp - search%open)
+  end subroutine iterate
+
+  !> Inverse of the matrix of the stress, B + stiffness dgamma Hessian, which is symmetric and
+  !! positive definite, packed as the Hessian.
+  pure subroutine invert(problem, now, inverse)
+    type(plane_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(out) :: inverse(lanes, 6)
+    real(wp) :: c, a11, a12, a22, a13, a23, a33, b11, b12, b13, per
+    integer :: l
+
+    associate (h => now%hessian, b => problem%metric)
+      !$omp simd private(c, a11, a12, a22, a13, a23, a33, b11, b12, b13, per)
+      do l = 1, lanes
+        c = problem%stiffness*now%dgamma(l)*now%size_ratio(l)
+        a11 = b(1) + c*h(l, 1)
+        a12 = b(2) + c*h(l, 2)
+        a22 = b(3) + c*h(l, 3)
+        a13 = c*h(l, 4)
+        a23 = c*h(l, 5)
+        a33 = b(4) + c*h(l, 6)
+        b11 = a22*a33 - a23*a23
+        b12 = a13*a23 - a12*a33
+        b13 = a12*a23 - a13*a22
+        per = 1.0_wp/(a11*b11 + a12*b12 + a13*b13)
+        inverse(l, 1) = per*b11
+        inverse(l, 2) = per*b12
+        inverse(l, 3) = per*(a11*a33 - a13*a13)
+        inverse(l, 4) = per*b13
+        inverse(l, 5) = per*(a12*a13 - a11*a23)
+        inverse(l, 6) = per*(a11*a22 - a12*a12)
+      end do
+    end associate
+  end subroutine invert
+
+  !> Residuals of the strain, times the stiffness, and of the yield function above its level, and
+  !! the step from there with the inverse matrix; the plastic strain is eliminated.
+  pure subroutine find_step(problem, level, now, step)
+    type(plane_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: level(lanes)
+    type(iterate_t), intent(in) :: now
+    type(step_t), intent(inout) :: step
+    real(wp) :: k, f, x1, x2, x3, y1, y2, y3, g1, g2, g3
+    integer :: l
+
+    associate (a => step%inverse, s => now%stress, t => problem%trial, b => problem%metric)
+      !$omp simd private(k, f, x1, x2, x3, y1, y2, y3, g1, g2, g3)
+      do l = 1, lanes
+        g1 = now%gradient(l, 1); g2 = now%gradient(l, 2); g3 = now%gradient(l, 3)
+        k = problem%stiffness*now%dgamma(l)
+        y1 = s(l, 1) - t(l, 1)
+        y2 = s(l, 2) - t(l, 2)
+        x1 = b(1)*y1 + b(2)*y2 + k*g1
+        x2 = b(2)*y1 + b(3)*y2 + k*g2
+        x3 = b(4)*(s(l, 3) - t(l, 3)) + k*g3
+        f = now%q(l) - now%flow(l) - level(l)
+        step%residual(l) = f*f + x1*x1 + x2*x2 + x3*x3
+        y1 = a(l, 1)*g1 + a(l, 2)*g2 + a(l, 4)*g3
+        y2 = a(l, 2)*g1 + a(l, 3)*g2 + a(l, 5)*g3
+        y3 = a(l, 4)*g1 + a(l, 5)*g2 + a(l, 6)*g3
+        ! The matrix is symmetric.
+        f = f - (y1*x1 + y2*x2 + y3*x3)
+        f = f/(problem%stiffness*(g1*y1 + g2*y2 + g3*y3) + now%slope(l))
+        k = problem%stiffness*f
+        step%change(l, 1) = -(a(l, 1)*x1 + a(l, 2)*x2 + a(l, 4)*x3 + k*y1)
+        step%change(l, 2) = -(a(l, 2)*x1 + a(l, 3)*x2 + a(l, 5)*x3 + k*y2)
+        step%change(l, 3) = -(a(l, 4)*x1 + a(l, 5)*x2 + a(l, 6)*x3 + k*y3)
+        step%change(l, 4) = f
+      end do
+    end associate
+  end subroutine find_step
+
+  !> Take the new step where the residuals have become smaller, else go back on the last one.
+  pure subroutine advance(limit, step, now, search)
+    real(wp), intent(in) :: limit              !! of the squares of last residuals, over flow^2
+    type(step_t), intent(in) :: step
+    type(iterate_t), intent(inout) :: now
+    type(search_t), intent(inout) :: search
+    real(wp), parameter :: decrease = 2.0e-4_wp, most_tries = 8.0_wp
+    real(wp) :: way(lanes), longest, shorter, old
+    logical :: is_taken
+    integer :: i, l
+
+    do l = 1, lanes
+      old = search%length(l)
+      is_taken = search%tries(l) >= most_tries .or. &
+                 step%residual(l) <= (1.0_wp - decrease*old)*search%before(l)
+      if (is_taken) then
+        ! Plastic strains stay positive.
+        longest = 1.0_wp
+        if (now%dgamma(l) + step%change(l, 4) < 0.0_wp) &
+          longest = -0.9_wp*now%dgamma(l)/step%change(l, 4)
+        way(l) = longest
+        search%length(l) = longest
+        search%before(l) = step%residual(l)
+        search%tries(l) = 0.0_wp
+        search%change(l, :) = step%change(l, :)
+      else
+        shorter = search%before(l)*old**2 &
+                  /max(step%residual(l) + (2.0_wp*old - 1.0_wp)*search%before(l), tiny(old))
+        shorter = max(0.1_wp*old, min(0.5_wp*old, shorter))
+        way(l) = shorter - old
+        search%length(l) = shorter
+        search%tries(l) = search%tries(l) + 1.0_wp
+      end if
+      way(l) = search%open(l)*way(l)
+      if (is_taken .and. search%length(l) >= 1.0_wp .and. &
+          search%before(l) <= limit*now%flow(l)**2) search%open(l) = 0.0_wp
+    end do
+    do i = 1, 3
+      now%stress(:, i) = now%stress(:, i) + way*search%change(:, i)
+    end do
+    now%dgamma = now%dgamma + way*search%change(:, 4)
+  end subroutine advance
+
+end module plane_yield_return
