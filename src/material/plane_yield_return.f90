@@ -287,16 +287,14 @@ contains
   pure subroutine move_to_surface(outset, level, now)
     real(wp), intent(in) :: outset(lanes, 3), level(lanes)
     type(iterate_t), intent(inout) :: now
-    real(wp) :: scaling(lanes), new, per
+    real(wp) :: scaling(lanes)
     integer :: i, l
 
-    !$omp simd private(new, per)
+    !$omp simd
     do l = 1, lanes
-      new = now%flow(l) + level(l)
-      per = 1.0_wp/(new*now%q(l))
-      now%size_ratio(l) = per*now%q(l)**2
-      scaling(l) = per*new**2
-      now%q(l) = new
+      now%size_ratio(l) = now%q(l)/(now%flow(l) + level(l))
+      now%q(l) = now%flow(l) + level(l)
+      scaling(l) = 1.0_wp/now%size_ratio(l)
     end do
     do i = 1, 3
       !$omp simd
@@ -387,25 +385,21 @@ contains
     real(wp), intent(in) :: flows(lanes)
     type(step_t), intent(in) :: step
     type(iterate_t), intent(inout) :: now
-    real(wp), intent(out) :: square            !! largest residual over the least flow stress
+    real(wp), intent(out) :: square            !! largest of the residuals over the flow stress
     real(wp), intent(out) :: least_strain      !! of the plastic strains
-    real(wp) :: least_flow
     integer :: l
 
     square = 0.0_wp
     least_strain = 0.0_wp
-    least_flow = huge(least_flow)
-    !$omp simd reduction(max:square) reduction(min:least_strain, least_flow)
+    !$omp simd reduction(max:square) reduction(min:least_strain)
     do l = 1, lanes
       now%stress(l, 1) = now%stress(l, 1) + step%change(l, 1)
       now%stress(l, 2) = now%stress(l, 2) + step%change(l, 2)
       now%stress(l, 3) = now%stress(l, 3) + step%change(l, 3)
       now%dgamma(l) = flows(l)*(now%dgamma(l) + step%change(l, 4))
-      square = max(square, flows(l)*step%residual(l))
-      least_flow = min(least_flow, now%flow(l))
+      square = max(square, flows(l)*step%residual(l)/now%flow(l)**2)
       least_strain = min(least_strain, now%dgamma(l))
     end do
-    square = square/least_flow**2
   end subroutine take_step
 
   !> Newton's method with a line search on the sum of the squared residuals, down to `level`.

@@ -160,10 +160,8 @@ contains
       call load_lanes(n, first, 3, dstrain, strain)
       call load_lanes(n, first, 1, state, problem%eqps)
       call load_lanes(n, first, 1, slope, problem%slope)
-      if (self%curve%heating%is_active) call load_lanes(n, first, 1, factor, problem%factor)
-      problem%guess = 0.0_wp
-      if (has_rate(self%curve) .or. is_steep(self%curve)) &
-        call load_lanes(n, first, 1, guess, problem%guess)
+      call load_lanes(n, first, 1, factor, problem%factor)
+      call load_lanes(n, first, 1, guess, problem%guess)
       problem%stiffness = self%elastic%stiffness
       problem%moduli = self%elastic%moduli
       problem%metric = self%elastic%metric
