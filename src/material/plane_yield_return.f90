@@ -354,7 +354,7 @@ contains
     integer, parameter :: most_steps = 8
     real(wp), parameter :: least_fall = 0.1_wp     ! of the square of the residual
     type(step_t) :: step
-    real(wp) :: level(lanes), sharpness, before, square, least_strain
+    real(wp) :: level(lanes), limit, before, square, least_strain
     logical :: is_new
     integer :: i, l
 
@@ -362,7 +362,7 @@ contains
     do l = 1, lanes
       level(l) = 0.0_wp
     end do
-    sharpness = sharpness_of(curve, yield)
+    limit = error/sharpness_of(curve, yield)
     before = huge(before)
     is_new = .true.
     is_done = .false.
@@ -371,10 +371,10 @@ contains
       call find_step(problem, level, now, step)
       call take_step(flows, step, now, square, least_strain)
       if (.not. (square <= least_fall*before .and. least_strain >= 0.0_wp)) return
-      is_done = sharpness*sqrt(square)*merge(sqrt(square), sqrt(before), is_new) <= error
+      is_done = square*merge(square, before, is_new) <= limit**2
       if (is_done) return
       ! The next residual is mostly less than a third of the square of this one.
-      is_new = .not. is_new .or. sharpness*square*sqrt(square) > 3.0_wp*error
+      is_new = .not. is_new .or. square**3 > (3.0_wp*limit)**2
       before = square
       call evaluate(curve, yield, problem, level, is_new, now)
     end do
