@@ -3,8 +3,8 @@
 !! BARLAT89: F. Barlat and J. Lian, Int. J. Plasticity 5 (1989), eqs. (8) and (10).
 !! YLD2000: Yld2000-2d, F. Barlat et al., Int. J. Plasticity 19 (2003).
 !! BBC2003: D. Banabic, H. Aretz, D. S. Comsa and L. Paraianu, Int. J. Plasticity 21 (2005), eqs.
-!! (9) and (10). BBC2005: D. Banabic, Sheet Metal Forming Processes, Springer 2010, a later form of
-!! it. Axis 1 is the rolling direction.
+!! (9) and (10). BBC2005: the later form by the same authors, as the subroutines UMMDp of JANCAE
+!! define it. Axis 1 is the rolling direction.
 module sheet_functions
   use kinds, only: wp
   use failure, only: error_t
