@@ -55,11 +55,13 @@ def cup_2090(folder):
 
 
 def cup_6016(folder):
-    """Mean height as measured; too little earing with Yld2004-18p, too much with Hill."""
+    """Mean height as measured; too little earing with Barlat, too much with Hill."""
     measured = Profile("measured", *table_of(os.path.join(HERE, "cup_6016.csv")))
     between("measured earing [mm]", measured.earing, 1.3, 1.5)
     barlat, hill = profile(folder), profile(folder, potential="6016/hill48.inc")
-    for cup in (barlat, hill):
+    sheet = profile(folder, potential="6016/yld2000.inc", **SHELL)
+    between("earing with Yld2000-2d, shells [mm]", sheet.earing, 0, 0.5)
+    for cup in (barlat, hill, sheet):
         between("mean height over the measured one", cup.mean / measured.mean, 0.95, 1.01)
     between("earing with Yld2004-18p [mm]", barlat.earing, 0, 0.5)
     between("earing with Hill's function [mm]", hill.earing, 2.5, 3.5)
