@@ -110,8 +110,8 @@ class TestFunctions(unittest.TestCase):
                 found = igaform_tests(
                     folder, "*PLASTIC, HARDENING=PERFECT\n100\n"
                     f"*POTENTIAL, TYPE={name}\n{data_line(function, p, 8.0)}\n",
-                    "*MATERIAL TEST, NAME=tr, MATERIAL=m, TYPE=R VALUES, STRESS STATE=PLANE STRESS\n"
-                    "0.05, 7\n")["tr"]
+                    "*MATERIAL TEST, NAME=tr, MATERIAL=m, TYPE=R VALUES,\n"
+                    "STRESS STATE=PLANE STRESS\n0.05, 7\n")["tr"]
                 for angle, r, stress in zip(found["angle"], found["r_value"], found["stress"]):
                     self.assertAlmostEqual(r, function.r_value(p, 8.0, angle), delta=2e-5)
                     self.assertAlmostEqual(stress / 100, function.stress(p, 8.0, angle), delta=2e-5)
