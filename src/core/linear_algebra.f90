@@ -164,10 +164,12 @@ contains
   pure function sorted_order(values) result(order)
     real(wp), intent(in) :: values(:)
     integer, allocatable :: order(:)
-    integer :: merged(size(values)), width, low, middle, high, i, a, b
+    integer, allocatable :: merged(:)      ! of any size, so not on the stack
+    integer :: width, low, middle, high, i, a, b
     logical :: takes_first
 
     order = [(i, i=1, size(values))]
+    allocate (merged(size(values)))
     width = 1
     do while (width < size(values))
       do low = 1, size(values), 2*width

@@ -1,9 +1,10 @@
 !> Where closed polygons cross or touch, themselves or each other.
 !!
-!! Segments are compared that share a strip across the first axis. Places of one polygon that are
-!! near along it do not touch: there it only turns.
+!! Segments are compared that share a strip across the first axis and a range of the second. Places
+!! of one polygon that are near along it do not touch: there it only turns.
 module polygon_crossings
   use kinds, only: wp
+  use linear_algebra, only: sorted_order
   use outline, only: polygon_t
   implicit none
   private
@@ -21,7 +22,7 @@ module polygon_crossings
     real(wp) :: gap = 0.0_wp                !! of a touch [length]
   end type crossing_t
 
-  !> Segments of all polygons.
+  !> Segments of all polygons, by their lower second coordinate.
   type :: segments_t
     real(wp), allocatable :: ends(:, :)     !! shape (4, n)
     integer, allocatable :: owner(:)        !! number of the polygon, shape (n)
@@ -40,7 +41,7 @@ contains
     type(segments_t) :: segments
     integer, allocatable :: first(:), last(:)
     integer, allocatable :: list(:), begin(:)      ! segments of each strip, and where it begins
-    real(wp) :: low, width
+    real(wp) :: low, width, top
     integer :: s, i, k, n_strips
 
     call list_segments(polygons, segments)
@@ -55,7 +56,9 @@ contains
     call sort_into_strips(n_strips, first, last, begin, list)
     do s = 1, n_strips
       do i = begin(s), begin(s + 1) - 1
+        top = maxval(segments%ends([2, 4], list(i))) + tolerance
         do k = i + 1, begin(s + 1) - 1
+          if (minval(segments%ends([2, 4], list(k))) > top) exit
           call compare(segments, list(i), list(k), tolerance, found)
           if (found%polygons(1) > 0 .and. .not. found%is_touch) return
         end do
@@ -66,6 +69,7 @@ contains
   pure subroutine list_segments(polygons, segments)
     type(polygon_t), intent(in) :: polygons(:)
     type(segments_t), intent(out) :: segments
+    integer, allocatable :: order(:)
     integer :: p, i, n, m
 
     n = sum([(size(polygons(p)%corners, 2), p=1, size(polygons))])
@@ -85,6 +89,10 @@ contains
                              + norm2(segments%ends(3:, n) - segments%ends(:2, n))
       end do
     end do
+    order = sorted_order(min(segments%ends(2, :), segments%ends(4, :)))
+    segments%ends = segments%ends(:, order)
+    segments%owner = segments%owner(order)
+    segments%begin = segments%begin(order)
   end subroutine list_segments
 
   !> Keep where two segments cross, or where they touch closer than what was found before.
