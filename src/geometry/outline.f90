@@ -25,6 +25,8 @@ module outline
   type, public :: region_t
     type(polygon_t), allocatable :: polygons(:)
     logical :: is_outside = .false.
+    real(wp), allocatable :: boxes(:, :, :)       !! around the polygons, low and high, (2, 2, n);
+                                                  !! where there are none searches take longer
   end type region_t
 
   integer, parameter :: most_halvings = 10        !! of a cell that two borders cross
@@ -47,7 +49,19 @@ contains
         region%polygons(p)%corners = corners(:, size(corners, 2):1:-1)
       end associate
     end do
+    call set_boxes(region)
   end subroutine new_region
+
+  pure subroutine set_boxes(region)
+    type(region_t), intent(inout) :: region
+    integer :: p
+
+    allocate (region%boxes(2, 2, size(region%polygons)))
+    do p = 1, size(region%polygons)
+      region%boxes(:, 1, p) = minval(region%polygons(p)%corners, 2)
+      region%boxes(:, 2, p) = maxval(region%polygons(p)%corners, 2)
+    end do
+  end subroutine set_boxes
 
   !> Append a polygon to a list.
   pure subroutine add_polygon(polygons, corners)
@@ -77,6 +91,7 @@ contains
     do r = 1, size(both)
       if (r <= n) both(r) = first(r)
       if (r > n) both(r) = second(r - n)
+      if (.not. allocated(both(r)%boxes)) call set_boxes(both(r))
     end do
   end subroutine join_regions
 
@@ -246,6 +261,9 @@ contains
     do r = 1, size(regions)
       is_odd = .false.
       do p = 1, size(regions(r)%polygons)
+        if (allocated(regions(r)%boxes)) then
+          if (any(place < regions(r)%boxes(:, 1, p) .or. place > regions(r)%boxes(:, 2, p))) cycle
+        end if
         is_odd = is_odd .neqv. is_within(regions(r)%polygons(p)%corners, place)
       end do
       is_inside = is_inside .and. (is_odd .neqv. regions(r)%is_outside)
@@ -259,35 +277,64 @@ contains
     type(region_t), intent(in) :: regions(:)
     real(wp), intent(in) :: place(2), scale(2)
     real(wp), intent(in), optional :: bounds(2, 2)   !! of the sheet: low, high
-    real(wp) :: a(2), b(2), t, nearest, own
-    integer :: r, p, i, j
+    real(wp) :: nearest, own
+    integer :: r, p, first
 
     distance = huge(distance)
     do r = 1, size(regions)
-      nearest = huge(nearest)
-      do p = 1, size(regions(r)%polygons)
-        associate (corners => regions(r)%polygons(p)%corners)
-          j = size(corners, 2)
-          do i = 1, size(corners, 2)
-            if (present(bounds)) then
-              if (runs_along(bounds, corners(:, j), corners(:, i))) then
-                j = i
-                cycle
-              end if
-            end if
-            a = (corners(:, j) - place)*scale
-            b = (corners(:, i) - corners(:, j))*scale
-            t = min(max(-dot_product(a, b)/max(dot_product(b, b), tiny(t)), 0.0_wp), 1.0_wp)
-            nearest = min(nearest, sum((a + t*b)**2))
-            j = i
-          end do
-        end associate
-      end do
+      associate (region => regions(r))
+        first = 0
+        nearest = huge(nearest)
+        if (allocated(region%boxes) .and. size(region%polygons) > 0) then
+          first = minloc([(box_gap(region%boxes(:, :, p), place, scale), &
+                           p=1, size(region%polygons))], 1)
+          nearest = polygon_gap(region%polygons(first)%corners, place, scale, bounds)
+        end if
+        do p = 1, size(region%polygons)
+          if (p == first) cycle
+          if (allocated(region%boxes)) then
+            if (box_gap(region%boxes(:, :, p), place, scale) > nearest) cycle
+          end if
+          nearest = min(nearest, polygon_gap(region%polygons(p)%corners, place, scale, bounds))
+        end do
+      end associate
       own = sqrt(nearest)
       if (.not. is_inside(regions(r:r), place)) own = -own
       distance = min(distance, own)
     end do
   end function inside_distance
+
+  !> Square of the distance of a place from a box, 0 inside, less a round-off.
+  pure real(wp) function box_gap(box, place, scale) result(gap)
+    real(wp), intent(in) :: box(2, 2), place(2), scale(2)
+    real(wp), parameter :: safe = 1.0_wp - 1.0e-12_wp
+
+    gap = safe*sum((max(box(:, 1) - place, place - box(:, 2), 0.0_wp)*scale)**2)
+  end function box_gap
+
+  !> Square of the distance of a place from the edges of a polygon, see `inside_distance`.
+  pure real(wp) function polygon_gap(corners, place, scale, bounds) result(nearest)
+    real(wp), intent(in) :: corners(:, :), place(2), scale(2)
+    real(wp), intent(in), optional :: bounds(2, 2)
+    real(wp) :: a(2), b(2), t
+    integer :: i, j
+
+    nearest = huge(nearest)
+    j = size(corners, 2)
+    do i = 1, size(corners, 2)
+      if (present(bounds)) then
+        if (runs_along(bounds, corners(:, j), corners(:, i))) then
+          j = i
+          cycle
+        end if
+      end if
+      a = (corners(:, j) - place)*scale
+      b = (corners(:, i) - corners(:, j))*scale
+      t = min(max(-dot_product(a, b)/max(dot_product(b, b), tiny(t)), 0.0_wp), 1.0_wp)
+      nearest = min(nearest, sum((a + t*b)**2))
+      j = i
+    end do
+  end function polygon_gap
 
   !> Do both ends of a segment lie on or beyond the same bound of a sheet?
   pure logical function runs_along(bounds, first, second)
