@@ -43,9 +43,9 @@ COUNTS = ["p(1)", "p(2)", "p(3)", "q(1)", "q(2)", "q(3)"]
 SHELL_COUNTS = ["p(1)", "p(2)", "q(1)", "q(2)", "q(3)"]
 # Only to instances with weights, with context, and without weights from the fields of the patch:
 RATIONAL = ["patch%rational(1, 1, 1, 1, block%number)"]
-CONTEXT = ["patch%has_gradients",
-           "patch%reference(1, 1, 1, 1, min(block%number, size(patch%reference, 5)))",
-           "fields%gradients", "fields%place"]
+REFERENCE = ["patch%has_gradients",
+             "patch%reference(1, 1, 1, 1, min(block%number, size(patch%reference, 5)))"]
+CONTEXT = [*REFERENCE, "fields%gradients", "fields%place"]
 FIELDS = ["patch%n_control", "first", "x", "v"]
 SHELL_BASIS = [*BASIS_1, "patch%lanes%bends(1, 1, 1, block%b)",
                "patch%lanes%weights(1, 1, block%b)",
@@ -133,13 +133,19 @@ def solid_arguments(is_fixed, is_rational):
     return force_arguments(is_rational, direct, [*AXIS_1, *AXIS_2])
 
 
+def context_force_arguments(is_fixed, is_rational):
+    direct = ["is_direct", *FIELDS] if is_fixed and not is_rational else []
+    return force_arguments(is_rational, direct, [*AXIS_1, *AXIS_2],
+                           [*REFERENCE, "given", "context"])
+
+
 def cut_solid_arguments(_, is_rational):
     return force_arguments(is_rational, [], CUT_SOLID_BASIS)
 
 
-def force_arguments(is_rational, direct, basis):
+def force_arguments(is_rational, direct, basis, context=()):
     return ["law", "dt", "on", "viscous", *direct, "u", *basis, *AXIS_3,
-            *RATIONAL*is_rational, *STATE,
+            *RATIONAL*is_rational, *context, *STATE,
             "f", "sums", "ok"]
 
 
@@ -206,14 +212,17 @@ KERNELS = [
            ["PROJECTED", "STRAIN"], [POINTS], SOLID_RULES, COUNTS, strain_arguments),
     Kernel("ig_context", "block_strain", "Kinematics for laws with context", "ig_solid_kernel.inc",
            ["PROJECTED", "STRAIN", "CONTEXT"],
-           [POINTS, ("point_kinematics", "deformation_gradients")],
-           SOLID_RULES, COUNTS, context_arguments),
+           [POINTS], SOLID_RULES, COUNTS, context_arguments),
+    Kernel("ig_contextforce", "block_forces", "Block force kernel for laws with context",
+           "ig_solid_kernel.inc", ["CONTEXT"],
+           [LAW, ROTATION, ("point_context", "point_context_t"), ("solid_patch", "point_number")],
+           SOLID_RULES, COUNTS, context_force_arguments),
     Kernel("ig_nodal", "block_nodal", "Nodal forces of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "NODAL"], [], SOLID_RULES, COUNTS, nodal_arguments),
     # Of solids that an outline cuts, whose law asks for the context: few elements, any rule.
     Kernel("ig_cutcontext", "block_strain", "Kinematics of cut solids for laws with context",
            "ig_solid_kernel.inc", ["SCATTERED", "PROJECTED", "STRAIN", "CONTEXT"],
-           [POINTS, ("point_kinematics", "deformation_gradients")], [], CUT_SOLID_COUNTS,
+           [POINTS], [], CUT_SOLID_COUNTS,
            cut_context_arguments),
     Kernel("ig_cutnodal", "block_nodal", "Nodal forces of cut solids for laws with context",
            "ig_solid_kernel.inc", ["SCATTERED", "PROJECTED", "NODAL"], [], [], CUT_SOLID_COUNTS,

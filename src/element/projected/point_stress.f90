@@ -6,10 +6,9 @@ module point_stress
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t, new_point_context
   use tensor_rotation, only: rotate_by_spin, turn_to_end
-  use element, only: grid_number
   use bulk_viscosity, only: viscous_factors
   use solid_patch, only: solid_patch_t, block_t, point_number
-  use patch_points, only: set_clock
+  use patch_points, only: set_clock, set_lanes
   implicit none
   private
 
@@ -183,7 +182,7 @@ contains
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: blocks(:)
     type(point_group_t), intent(inout) :: group
-    integer :: i, q, first, before, n
+    integer :: n
 
     n = n_lanes*size(blocks)*patch%axes(3)%n_points
     if (group%context%n /= n) then
@@ -194,26 +193,8 @@ contains
                 group%state(n, law%n_state))
     end if
     call set_clock(patch, group%context)
-    associate (context => group%context)
-      do q = 1, patch%axes(3)%n_points
-        do i = 1, size(blocks)
-          first = first_lane(size(blocks), q, i)
-          before = patch%n_before &
-                   + grid_number(patch%axes%n_elements, [0, blocks(i)%e2, blocks(i)%e3])
-          context%element(first:first + 7) = before + patch%lanes%element(:, blocks(i)%b)
-          context%is_owner(first:first + 7) = patch%lanes%is_owner(:, blocks(i)%b)
-          context%length(first:first + 7) = patch%element_size(:, blocks(i)%number)
-        end do
-      end do
-    end associate
+    call set_lanes(patch, blocks, group%context)
   end subroutine place_group
-
-  !> Where the eight lanes of block i at point q of a row begin: each point has all blocks together.
-  pure integer function first_lane(n_blocks, q, i) result(first)
-    integer, intent(in) :: n_blocks, q, i
-
-    first = n_lanes*(n_blocks*(q - 1) + i - 1) + 1
-  end function first_lane
 
   !> One call of a law with context, for a row of the blocks.
   subroutine update_group(patch, law, blocks, row, dt, group, fields, ok)

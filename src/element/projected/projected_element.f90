@@ -14,6 +14,7 @@ module projected_element
   use smooth_splines, only: smooth_fields_t, new_smooth_fields
   use projected_forces, only: forces_of_projection
   use projected_stiffness, only: projected_trial_t, run_projected
+  use solid_forces, only: internal_forces
   use solid_stiffness, only: block_trial_t, begin_trial
   use solid_patch, only: block_t
   use smooth_forces, only: forces_of_smooth_projection
@@ -72,12 +73,26 @@ contains
       if (allocated(self%smooth)) then
         call forces_of_smooth_projection(self%patch, self%projection, self%smooth, self%buffers, &
                                          law, dt, motion%x, motion%v, motion%internal_force, report)
+      else if (has_context_kernel(self, law)) then
+        call internal_forces(self%patch, self%buffers, law, dt, motion%x, motion%v, &
+                             motion%internal_force, report)
       else
         call forces_of_projection(self%patch, self%projection, self%buffers, law, dt, motion%x, &
                                   motion%v, motion%internal_force, report)
       end if
     end associate
   end subroutine forces
+
+  !> Does a kernel of its own serve the law: one with context, for the points of one block, which
+  !! rotates no stress itself, without a projection and an outline?
+  pure logical function has_context_kernel(self, law)
+    class(projected_element_t), intent(in) :: self
+    class(block_law_t), intent(in) :: law
+
+    has_context_kernel = self%patch%has_context .and. self%projection%kind == project_nothing &
+                  .and. law%n_together == 1 .and. .not. law%is_rotating &
+                  .and. .not. self%patch%lanes%is_trimmed
+  end function has_context_kernel
 
   subroutine new_trial(self, block, dt, x, trial)
     class(projected_element_t), intent(in) :: self

@@ -5,13 +5,16 @@ module kernel_dispatch
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use bulk_viscosity, only: viscous_factors
+  use point_context, only: point_context_t
   use solid_patch, only: solid_patch_t, block_t, cut_number
 #include "ig_solid_uses.inc"
 #include "ig_cut_uses.inc"
+#include "ig_contextforce_uses.inc"
   implicit none
   private
 
-  public :: instance_of, kernel_of, rows_of, kernel_name, run_kernel, takes_fields, tuned_rules
+  public :: instance_of, kernel_of, rows_of, kernel_name, run_kernel, run_context_kernel
+  public :: takes_fields, tuned_rules
 
   !> Degrees and points of the tuned instances: kernel 2k - 1 serves column k, kernel 2k the same
   !! with weights. Behind the table: general, general with weights.
@@ -96,6 +99,36 @@ contains
 #include "ig_solid_cases.inc"
     end select
   end subroutine run_kernel
+
+  !> The same with the context of the points for the law, which rotates no stress itself; of a block
+  !! that no outline cuts.
+  subroutine run_context_kernel(patch, law, block, dt, is_direct, x, v, u, context, f, sums, ok)
+    type(solid_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    logical, intent(in) :: is_direct
+    real(wp), intent(in) :: x(*), v(*), u(*)
+    type(point_context_t), intent(inout) :: context     !! of a row, from `set_lanes`
+    real(wp), intent(inout) :: f(*)
+    real(wp), intent(out) :: sums(n_lanes, 4)
+    logical, intent(out) :: ok
+    real(wp) :: viscous(n_lanes, 2)
+    real(wp) :: given(size(patch%stress, 2)*size(patch%stress, 4)*n_lanes*2*patch%n_fields)
+    logical :: on
+    integer :: p(3), q(3), first(3)
+
+    first = [patch%lanes%first(1, block%b), patch%axes(2)%first(block%e2), &
+             patch%axes(3)%first(block%e3)]
+    on = patch%viscosity%is_active
+    viscous = viscous_factors(patch%viscosity, block%number, dt)
+    p = patch%axes%degree
+    q = patch%axes%n_points
+    if (patch%n_fields > 0) given = reshape(patch%given(:, :, :, :, block%number), [size(given)])
+    select case (patch%kernel)
+#include "ig_contextforce_cases.inc"
+    end select
+  end subroutine run_context_kernel
 
   !> Does the kernel take positions and velocities of a block straight from the fields of the patch,
   !! not gathered? The tuned ones without weights do, where the control points of lanes follow each

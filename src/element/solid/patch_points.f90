@@ -7,14 +7,14 @@ module patch_points
   use block_law, only: block_law_t
   use point_context, only: point_context_t
   use basis_tables, only: n_lanes
-  use element, only: jacobian_in_span
+  use element, only: jacobian_in_span, grid_number
   use solid_patch, only: solid_patch_t, block_t, block_at, cut_number, local_place, basis_at, &
                          is_counted_lane, point_of_row
   implicit none
   private
 
   public :: new_point_volumes, set_reference, determinant, inverse_rows
-  public :: energy_of_points, new_given_fields, spread_to_points, set_clock
+  public :: energy_of_points, new_given_fields, spread_to_points, set_clock, set_lanes
 
   integer, parameter :: parallel_size = 4000   !! fewer points are not worth waking threads for
 
@@ -184,6 +184,32 @@ contains
     context%step = patch%step
     context%increment = patch%increment - patch%before_step + 1
   end subroutine set_clock
+
+  !> Elements and their sizes for the points of a row of some blocks.
+  pure subroutine set_lanes(patch, blocks, context)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: blocks(:)
+    type(point_context_t), intent(inout) :: context   !! with room for them
+    integer :: i, q, first, before
+
+    do q = 1, patch%axes(3)%n_points
+      do i = 1, size(blocks)
+        first = first_lane(size(blocks), q, i)
+        before = patch%n_before &
+                 + grid_number(patch%axes%n_elements, [0, blocks(i)%e2, blocks(i)%e3])
+        context%element(first:first + 7) = before + patch%lanes%element(:, blocks(i)%b)
+        context%is_owner(first:first + 7) = patch%lanes%is_owner(:, blocks(i)%b)
+        context%length(first:first + 7) = patch%element_size(:, blocks(i)%number)
+      end do
+    end do
+  end subroutine set_lanes
+
+  !> Where the eight lanes of block i at point q of a row begin: each point has all blocks together.
+  pure integer function first_lane(n_blocks, q, i) result(first)
+    integer, intent(in) :: n_blocks, q, i
+
+    first = n_lanes*(n_blocks*(q - 1) + i - 1) + 1
+  end function first_lane
 
   !> Room for fields that are zero everywhere.
   subroutine new_given_fields(patch, n_fields)

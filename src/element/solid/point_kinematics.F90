@@ -7,39 +7,11 @@ module point_kinematics
   implicit none
   private
 
-  public :: end_cofactors, strain_increment, deformation_gradients, end_volume_of, &
-            point_tangents
+  public :: end_cofactors, strain_increment, end_volume_of, point_tangents
 
 contains
 
 #include "point_kinematics.inc"
-  !> Deformation gradients at the start (1 to 9) and the end of the step (10 to 18): the jacobians
-  !! there times the inverse jacobian of the shape at the start of all, row by row.
-  pure subroutine deformation_gradients(n, q, g, scaling, reference, f)
-    integer, intent(in) :: n, q                     !! points of the row, this one
-    real(wp), intent(in) :: g(8, 18)
-    real(wp), intent(in) :: scaling(8)              !! that turns g into gradients of x and motion
-    real(wp), intent(in) :: reference(8, 9)         !! inverse jacobian, row by row
-    real(wp), intent(inout) :: f(8, n, 18)
-    real(wp), dimension(8) :: r1, r2, r3, g1, g2, g3
-    integer :: i, k
-
-    do k = 1, 3
-      r1 = scaling*reference(:, k)
-      r2 = scaling*reference(:, k + 3)
-      r3 = scaling*reference(:, k + 6)
-      !GCC$ unroll 3
-      do i = 0, 6, 3
-        g1 = g(:, i + 1)
-        g2 = g(:, i + 2)
-        g3 = g(:, i + 3)
-        f(:, q, i + k + 9) = g1*r1 + g2*r2 + g3*r3
-        f(:, q, i + k) = f(:, q, i + k + 9) - 2.0_wp*(g(:, i + 10)*r1 + g(:, i + 11)*r2 &
-                                                      + g(:, i + 12)*r3)
-      end do
-    end do
-  end subroutine deformation_gradients
-
   !> Volume of a point at the end of the step, and the smallest determinant.
   pure subroutine end_volume_of(g, weight, volume, smallest_det)
     real(wp), intent(in) :: g(8, 18), weight(8)

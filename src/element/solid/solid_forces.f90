@@ -7,7 +7,9 @@ module solid_forces
   use element, only: force_report_t, merge_reports
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
   use block_gather, only: gather_block, weigh_block, add_block
-  use kernel_dispatch, only: run_kernel, takes_fields
+  use point_context, only: point_context_t, new_point_context
+  use patch_points, only: set_clock, set_lanes
+  use kernel_dispatch, only: run_kernel, run_context_kernel, takes_fields
   implicit none
   private
 
@@ -99,15 +101,25 @@ contains
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
     type(block_t) :: block
+    type(point_context_t) :: context
     integer :: i
     logical :: is_direct, ok
 
     call clear_rows(tile, force, border)
+    if (patch%has_context) then
+      context = new_point_context(n_lanes*patch%axes(3)%n_points, patch%n_fields)
+      call set_clock(patch, context)
+    end if
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       is_direct = takes_fields(patch, block)
       if (.not. is_direct) call gather_motion(patch, block, dt, x, v, u, w)
-      call run_kernel(patch, law, block, dt, is_direct, x, v, u, f, sums, ok)
+      if (patch%has_context) then
+        call set_lanes(patch, [block], context)
+        call run_context_kernel(patch, law, block, dt, is_direct, x, v, u, context, f, sums, ok)
+      else
+        call run_kernel(patch, law, block, dt, is_direct, x, v, u, f, sums, ok)
+      end if
       call add_forces(patch, tile, block, w, f, force, border)
       call add_report(report, sums, ok, block)
     end do
