@@ -6,35 +6,33 @@
 module umat_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use point_context, only: point_context_t, number_in_plane, number_through
   use user_call, only: umat_procedure, name_length, user_law_t, first_point_t, set_user_law, &
-                       slack, most_fields, n_guard, n_room, set_guard, check_guard, &
+                       slack, most_fields, n_guard, n_room, check_guard, &
                        mark, check_spare_states, enter_user_call, leave_user_call, &
                        note_failure, end_user_run, uneven_stiffness, in_umat, space_words
+  use umat_points, only: n_kept, n_spare, n_values, n_together, at_dstrain, at_length, &
+                         at_rotation, at_place, at_f0, at_f1, at_kept, at_energies, at_heat, &
+                         after_stress, after_tangent, n_column, at_state, set_marks, take_points, &
+                         return_points, return_point
   use plane_stress, only: in_sheet
   use user_sheet, only: with_zeros, about_normal
   use user_fields, only: define_fields, update_output
-  use tensor_rotation, only: rotate_by_spin
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity, &
-                             rotations_of_spins
+                             turn_strains
   implicit none
   private
 
-  public :: new_umat_adapter
+  public :: new_umat_adapter, n_kept
 
-  integer, parameter, public :: n_kept = 9   !! values kept after the state variables
   integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
-  integer, parameter :: n_spare = 24         ! zeros after the state variables, see `slack`
-
 
   !> A UMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: umat_adapter_t
     procedure(umat_procedure), pointer, nopass :: umat => null()
-    !> STRESS, DDSDDE and STATEV are in one array, a mark after each, so that a write past the end
-    !! of one is found: NTENS, and the places of the last two.
-    integer :: n_tens = 6
-    integer :: at_tangent = 6 + n_guard, at_states = 42 + 2*n_guard
+    integer :: n_tens = 6                                  !! NTENS
   contains
     procedure :: update_in_context
     procedure :: update_in_axes
@@ -42,19 +40,19 @@ module umat_adapter
     procedure :: differs_without_gradients
   end type umat_adapter_t
 
+  !> Columns after the last one that nobody uses, for writes that continue beyond a mark.
+  integer, parameter :: room_columns = (n_room - mod(n_room, n_values))/n_values + 1
+
   !> One increment of one point.
   type :: increment_t
     integer(c_int) :: element = 0, point = 0, number = 0, step(4) = [1, 0, 0, 0]
     integer(c_int) :: in_layer = 1, layer = 1                      !! NPT, KSPT
+    integer(c_int) :: n_direct = 3, n_shear = 3, n_tens = 6        !! NDI, NSHR, NTENS
+    integer(c_int) :: n_statv = 0, n_props = 0                     !! NSTATV, NPROPS
     real(wp) :: times(2) = 0.0_wp, dt = 0.0_wp                     !! times: of the step, in all
     real(wp) :: temperature = 0.0_wp, heating = 0.0_wp             !! TEMP, DTEMP
-    real(wp), dimension(most_fields + slack) :: fields = 0.0_wp, changes = 0.0_wp   !! PREDEF, DPRED
+    real(wp), dimension(most_fields + slack) :: fields, changes    !! PREDEF, DPRED
   end type increment_t
-
-  !> Other values of that point, one after the other as the UMAT wants them: where they begin. The
-  !! last are what is kept after the state variables, the strain already rotated.
-  integer, parameter :: at_dstrain = 1, at_rotation = 7, at_place = 16, at_f0 = 19, at_f1 = 28, &
-                        at_length = 37, at_kept = 38
 
 contains
 
@@ -75,8 +73,6 @@ contains
     law%n_direct = 2
     law%n_shear = 1
     law%n_tens = 3
-    law%at_tangent = 3 + n_guard
-    law%at_states = 12 + 2*n_guard
   end function new_umat_adapter
 
   !> The components of point `l` of some tensors, as a call has them.
@@ -139,72 +135,160 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n, 3)
     type(increment_t) :: increment
-    real(wp) :: room(size_of_room(self)), values(at_kept - 1 + n_carried(self))
+    real(wp) :: values(n_values, n_together + room_columns)
+    real(wp) :: statev(n_column(self%n_statv), n_together + n_room/n_column(self%n_statv))
     real(wp) :: strain(context%n, 6), rotation(context%n, 9)
-    logical :: is_refused
-    integer :: l
+    integer :: first, m, n_called
+    logical :: is_plain, is_refused
 
-    associate (n => self%n_statv, m => self%n_before)
-      call turn_strain(self%is_plane, context%n, state(:, m + 1:m + 6), spin, strain)
-      call rotations_of_spins(context%n, spin, rotation)
-      if (self%is_plane) values = 0.0_wp
-      if (.not. self%needs_gradients) call forget_gradients(values)
-      call set_room(self, room)
-      increment%times = [context%step_time, context%time]
-      increment%step(1) = int(context%step, c_int)
-      increment%number = int(context%increment, c_int)
-      increment%dt = dt
-      ok = .true.
-      do l = 1, context%n
-        if (.not. context%is_owner(l)) cycle
-        call name_point(context, l, increment)
-        call set_values(context%n, l, n_carried(self), rotation, context%place, context%length, &
-                        state(:, m + 1:), values)
-        call take(self%is_plane, context%n, l, dstrain, values(at_dstrain:))
-        call take(self%is_plane, context%n, l, strain, values(at_kept:))
-        if (self%needs_gradients) call set_gradients(context%n, l, context%f0, context%f1, values)
-        call set_temperature(self, context, l, values, increment)
-        if (associated(self%usdfld)) &
-          call define_fields(self, context, l, dt, stress(l, :), state(l, :), increment%fields, &
-                             increment%changes)
-        call take(self%is_plane, context%n, l, stress, room)
-        room(self%at_states + 1:self%at_states + n) = state(l, :n)
-        call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-        call call_umat(self, increment, values, room, is_refused, ok)
-        if (is_refused .and. ok) then
-          call update_in_parts(self, increment, spin(l, :), stress(l, :), state(l, :), &
-                               values, room, ok)
-        else if (.not. ok) then
-          call note_failure(increment%element, increment%point, 1_c_int)
-        end if
-        call put_back(self%is_plane, context%n, l, room, stress)
-        state(l, :n) = room(self%at_states + 1:self%at_states + n)
-        state(l, m + 1:) = values(at_kept:)
-        if (.not. ok) exit
-        if (associated(self%uvarm)) &
-          call update_output(self, context, l, dt, stress(l, :), state(l, :))
-      end do
-      call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
-    end associate
+    call turn_strain(self%is_plane, context%n, spin, state(1, self%n_before + 1), rotation, strain)
+    if (self%is_plane) values(:, :n_together) = 0.0_wp
+    if (.not. self%needs_gradients) call forget_gradients(n_together, values)
+    call set_marks(self%n_statv, n_together, values, statev)
+    call start_increment(self, increment)
+    increment%times = [context%step_time, context%time]
+    increment%step(1) = int(context%step, c_int)
+    increment%number = int(context%increment, c_int)
+    increment%dt = dt
+    is_plain = .not. (self%is_plane .or. associated(self%usdfld) .or. associated(self%uvarm))
+    ok = .true.
+    do first = 1, context%n, n_together
+      m = min(n_together, context%n - first + 1)
+      call take_points(self, context, first, m, dstrain, strain, rotation, stress, state, values, &
+                       statev)
+      n_called = 0
+      is_refused = .false.
+      if (is_plain .and. m == n_together) then
+        if (all(context%is_owner(first:first + m - 1))) &
+          call call_together(self, context, first, increment, values, statev, n_called, is_refused)
+      end if
+      if (n_called == n_together .and. .not. is_refused) then
+        call return_points(self, context%n, first, dstrain, strain, values, statev, stress, state, &
+                           ok)
+        if (ok) cycle
+      end if
+      call call_in_turn(self, context, first, m, dt, spin, n_called, is_refused, increment, &
+                        stress, state, values, statev, ok)
+      if (.not. ok) exit
+    end do
+    call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
     call leave_user_call()
   end subroutine update_in_context
 
-  !> The strain that is kept after the state variables, rotated by the spin of an increment.
-  subroutine turn_strain(is_plane, n, kept, spin, strain)
+  !> The calls for eight points of a law of solids, up to one that is refused.
+  subroutine call_together(self, context, first, increment, values, statev, n_called, is_refused)
+    class(umat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: first
+    type(increment_t), intent(inout) :: increment
+    real(wp), intent(inout) :: values(n_values, *), statev(n_column(self%n_statv), *)
+    integer, intent(out) :: n_called
+    logical, intent(out) :: is_refused             ! by the last call
+    logical :: has_temperature
+    integer :: i
+
+    has_temperature = context%n_fields > 0 .or. self%heat_state > 0
+    do i = 1, n_together
+      call name_point(context, first + i - 1, increment)
+      if (has_temperature) &
+        call set_temperature(self, context, first + i - 1, values(1, i), increment)
+      call enter_user_call(in_umat, increment%element, increment%point, increment%element)
+      call call_umat(self, increment, values(1, i), statev(1, i), is_refused)
+      if (is_refused) exit
+    end do
+    n_called = min(i, n_together)
+  end subroutine call_together
+
+  !> The calls for `m` points one after the other, each with all that may follow of it; some have
+  !! been called already.
+  subroutine call_in_turn(self, context, first, m, dt, spin, n_called, is_last_refused, increment, &
+                          stress, state, values, statev, ok)
+    class(umat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: first, m, n_called
+    real(wp), intent(in) :: dt, spin(context%n, 3)
+    logical, intent(in) :: is_last_refused          ! by the last of these calls
+    type(increment_t), intent(inout) :: increment   ! as it was for that one
+    real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
+    real(wp), intent(inout) :: values(n_values, m), statev(n_column(self%n_statv), m)
+    logical, intent(out) :: ok
+    logical :: is_refused
+    integer :: i, l
+
+    ok = .true.
+    do i = 1, m
+      l = first + i - 1
+      if (.not. context%is_owner(l)) cycle
+      call name_point(context, l, increment)
+      is_refused = is_last_refused .and. i == n_called
+      if (i > n_called) then
+        call set_temperature(self, context, l, values(1, i), increment)
+        if (associated(self%usdfld)) call set_fields_of_user(i, l)
+        call enter_user_call(in_umat, increment%element, increment%point, increment%element)
+        call call_umat(self, increment, values(1, i), statev(1, i), is_refused)
+      end if
+      ok = has_result(self, values(1, i), statev(1, i))
+      if (is_refused .and. ok) then
+        call update_in_parts(self, increment, spin(l, :), stress(l, :), state(l, :), &
+                             values(1, i), statev(1, i), ok)
+      else if (.not. ok) then
+        call note_failure(increment%element, increment%point, 1_c_int)
+      end if
+      call return_point(self, context%n, l, values(1, i), statev(1, i), stress, state)
+      if (.not. ok) exit
+      if (associated(self%uvarm)) &
+        call update_output(self, context, l, dt, stress(l, :), state(l, :))
+    end do
+
+  contains
+
+    !> Field variables by the user's USDFLD, which may change state variables, too.
+    subroutine set_fields_of_user(i, l)
+      integer, intent(in) :: i, l
+
+      call define_fields(self, context, l, dt, stress(l, :), state(l, :), increment%fields, &
+                         increment%changes)
+      associate (at => at_state(self%n_statv), n => self%n_statv)
+        statev(at:at + n - 1, i) = state(l, :n)
+      end associate
+    end subroutine set_fields_of_user
+  end subroutine call_in_turn
+
+  !> Rotations of an increment, and the strain that is kept after the state variables rotated by
+  !! them.
+  subroutine turn_strain(is_plane, n, spin, kept, rotation, strain)
     logical, intent(in) :: is_plane
     integer, intent(in) :: n
-    real(wp), intent(in) :: kept(n, 6), spin(n, 3)
-    real(wp), intent(out) :: strain(n, 6)
+    real(wp), intent(in) :: spin(n, 3), kept(n, 6)
+    real(wp), intent(out) :: rotation(n, 9), strain(n, 6)
+    real(wp) :: full(n, 6)
 
-    strain(:, :3) = kept(:, :3)
-    strain(:, 4:) = 0.5_wp*kept(:, 4:)
     if (is_plane) then
-      strain(:, 3) = 0.0_wp
-      strain(:, 4) = 0.5_wp*kept(:, 3)
+      full = with_zeros(n, kept(:, :3))
+      call turn_strains(n, spin, full, rotation, strain)
+    else
+      call turn_strains(n, spin, kept, rotation, strain)
     end if
-    call rotate_by_spin(n, spin, strain)
-    strain(:, 4:) = 2.0_wp*strain(:, 4:)
   end subroutine turn_strain
+
+  !> What does not depend on the point.
+  pure subroutine start_increment(self, increment)
+    class(umat_adapter_t), intent(in) :: self
+    type(increment_t), intent(inout) :: increment
+    integer :: i
+
+    increment%n_direct = int(self%n_direct, c_int)
+    increment%n_shear = int(self%n_shear, c_int)
+    increment%n_tens = int(self%n_tens, c_int)
+    increment%n_statv = int(self%n_statv, c_int)
+    increment%n_props = int(self%n_props, c_int)
+    increment%temperature = self%start_temperature
+    !$omp simd
+    do i = 1, size(increment%fields)
+      increment%fields(i) = 0.0_wp
+      increment%changes(i) = 0.0_wp
+    end do
+  end subroutine start_increment
 
   !> Which element and point a call is for.
   pure subroutine name_point(context, l, increment)
@@ -221,40 +305,13 @@ contains
     increment%layer = int(number_through(context, l), c_int)
   end subroutine name_point
 
-  !> The values of a point but for strains and deformation gradients.
-  pure subroutine set_values(n, l, n_kept, rotation, place, length, kept, values)
-    integer, intent(in) :: n, l, n_kept
-    real(wp), intent(in) :: rotation(n, 9), place(n, 3), length(n)
-    real(wp), intent(in) :: kept(n, n_kept)
-    real(wp), intent(inout) :: values(at_kept - 1 + n_kept)
-
-    values(at_rotation:at_rotation + 8) = rotation(l, :)
-    values(at_place:at_place + 2) = place(l, :)
-    values(at_length) = length(l)
-    values(at_kept + 6:) = kept(l, 7:)
-  end subroutine set_values
-
-  !> Deformation gradients of a point, column by column.
-  pure subroutine set_gradients(n, l, f0, f1, values)
-    integer, intent(in) :: n, l
-    real(wp), intent(in) :: f0(n, 9), f1(n, 9)
-    real(wp), intent(inout) :: values(*)
-    integer :: i, k
-
-    do k = 0, 2
-      do i = 0, 2
-        values(at_f0 + i + 3*k) = f0(l, 1 + k + 3*i)
-        values(at_f1 + i + 3*k) = f1(l, 1 + k + 3*i)
-      end do
-    end do
-  end subroutine set_gradients
-
   !> With KINEMATICS=SMALL deformation gradients are NaN, so that a law that needs them fails at
   !! once instead of working with made-up values.
-  pure subroutine forget_gradients(values)
-    real(wp), intent(inout) :: values(:)
+  pure subroutine forget_gradients(n, values)
+    integer, intent(in) :: n                       !! points
+    real(wp), intent(inout) :: values(n_values, n)
 
-    values(at_f0:at_f1 + 8) = ieee_value(1.0_wp, ieee_quiet_nan)
+    values(at_f0:at_f1 + 8, :) = ieee_value(1.0_wp, ieee_quiet_nan)
   end subroutine forget_gradients
 
   !> Temperature and field variables of a point.
@@ -262,14 +319,14 @@ contains
     class(umat_adapter_t), intent(in) :: self
     type(point_context_t), intent(in) :: context
     integer, intent(in) :: l
-    real(wp), intent(in) :: values(at_kept - 1 + n_carried(self))
+    real(wp), intent(in) :: values(n_values)
     type(increment_t), intent(inout) :: increment
 
     increment%temperature = self%start_temperature
     associate (n => context%n_fields)
       if (n > 0) call set_fields(context%fields(l, :n), context%fields(l, n + 1:), increment)
     end associate
-    if (self%heat_state > 0) increment%temperature = increment%temperature + values(size(values))
+    if (self%heat_state > 0) increment%temperature = increment%temperature + values(at_heat)
   end subroutine set_temperature
 
   !> Temperature and field variables at the start and at the end of the increment.
@@ -286,15 +343,15 @@ contains
   end subroutine set_fields
 
   !> An increment that came back with PNEWDT < 1, in 2, 4, ... equal parts.
-  subroutine update_in_parts(self, increment, spin, stress, state, values, room, ok)
+  subroutine update_in_parts(self, increment, spin, stress, state, values, statev, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: spin(3)
     real(wp), intent(in) :: stress(6)                 ! at the start, rotated by the whole spin
     real(wp), intent(in) :: state(self%n_state)       ! at the start
-    real(wp), intent(inout) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
+    real(wp), intent(inout) :: values(n_values), statev(n_column(self%n_statv))
     logical, intent(out) :: ok
-    real(wp) :: whole(size(values)), rotation(3, 3), start(6)
+    real(wp) :: whole(n_values), rotation(3, 3), start(6)
     real(wp), dimension(1, 6) :: part_stress, strain
     type(increment_t) :: part
     logical :: is_refused
@@ -312,13 +369,16 @@ contains
       rotation = rotation_of_spin(spin/n_parts)
       values(at_dstrain:at_dstrain + 5) = whole(at_dstrain:at_dstrain + 5)/n_parts
       values(at_rotation:at_rotation + 8) = reshape(rotation, [9])
-      values(at_kept:) = state(self%n_before + 1:)
-      room(self%at_states + 1:self%at_states + self%n_statv) = state(:self%n_statv)
+      values(at_kept:at_kept + n_kept - 1) = state(self%n_before + 1:self%n_before + n_kept)
+      if (self%heat_state > 0) values(at_heat) = state(self%heat_state)
+      associate (at => at_state(self%n_statv), n => self%n_statv)
+        statev(at:at + n - 1) = state(:n)
+      end associate
       part_stress(1, :) = start
       do i = 1, n_parts
         part%times = increment%times + (i - 1)*part%dt
         part%temperature = increment%temperature + (i - 1)*part%heating
-        if (self%heat_state > 0) part%temperature = part%temperature + values(size(values)) &
+        if (self%heat_state > 0) part%temperature = part%temperature + values(at_heat) &
                                                     - state(self%heat_state)
         part%fields = increment%fields + (i - 1)*part%changes
         associate (f0 => whole(at_f0:at_f0 + 8), f1 => whole(at_f1:at_f1 + 8))
@@ -329,9 +389,10 @@ contains
         call put_back(self%is_plane, 1, 1, values(at_kept:), strain)
         strain(1, :) = rotated_strain(rotation, strain(1, :))
         call take(self%is_plane, 1, 1, strain, values(at_kept:))
-        call take(self%is_plane, 1, 1, part_stress, room)
-        call call_umat(self, part, values, room, is_refused, ok)
-        call put_back(self%is_plane, 1, 1, room, part_stress)
+        call take(self%is_plane, 1, 1, part_stress, values(after_stress - self%n_tens))
+        call call_umat(self, part, values, statev, is_refused)
+        ok = has_result(self, values, statev)
+        call put_back(self%is_plane, 1, 1, values(after_stress - self%n_tens), part_stress)
         if (is_refused .or. .not. ok) exit
       end do
       if (.not. ok) call note_failure(increment%element, increment%point, 1_c_int)
@@ -341,119 +402,104 @@ contains
     call note_failure(increment%element, increment%point, 2_c_int)
   end subroutine update_in_parts
 
-  !> Values that are kept after all that the user's subroutines write.
-  pure integer function n_carried(self)
-    class(umat_adapter_t), intent(in) :: self
-
-    n_carried = self%n_state - self%n_before
-  end function n_carried
-
-  !> Values that `set_room` gives room for.
-  pure integer function size_of_room(self)
-    class(umat_adapter_t), intent(in) :: self
-
-    size_of_room = self%at_states + self%n_statv + n_spare + n_guard + n_room
-  end function size_of_room
-
-  !> The marks of the arguments, and zeros after STATEV. A call leaves them as they are, or it ends
-  !! the run.
-  pure subroutine set_room(self, room)
-    class(umat_adapter_t), intent(in) :: self
-    real(wp), intent(inout) :: room(size_of_room(self))
-
-    call set_guard(room, self%n_tens, 0)
-    call set_guard(room(self%at_tangent + 1), self%n_tens**2, 0)
-    call set_guard(room(self%at_states + 1), self%n_statv, n_spare)
-  end subroutine set_room
-
-  !> The UMAT itself. `room` holds STRESS, DDSDDE and STATEV.
-  subroutine call_umat(self, increment, values, room, is_refused, ok)
+  !> The UMAT itself.
+  subroutine call_umat(self, increment, values, statev, is_refused)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
-    real(wp), intent(inout) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
+    real(wp), intent(inout) :: values(n_values), statev(*)   ! n_column(self%n_statv)
     logical, intent(out) :: is_refused       ! PNEWDT came back below one
-    logical, intent(out) :: ok               ! all is finite
-    integer, parameter :: at_energies = at_kept + 6    ! SSE, SPD, SCD
-    real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt, work
+    real(wp) :: others(16), pnewdt, work
 
-    associate (n => self%n_statv, n_tens => self%n_tens, at_tangent => self%at_tangent, &
-               at_states => self%at_states)
+    associate (n => self%n_statv, n_tens => self%n_tens, at => at_state(self%n_statv))
       if (self%is_plane) then
-        room(at_tangent + 1:at_tangent + 9) = 0.0_wp
+        values(after_tangent - 9:after_tangent - 1) = 0.0_wp
       else
-        room(at_tangent + 1:at_tangent + 36) = 0.0_wp
+        values(after_tangent - 36:after_tangent - 1) = 0.0_wp
       end if
-      heat = 0.0_wp
-      heat_by_strain = 0.0_wp
-      stress_by_temperature = 0.0_wp
+      others = 0.0_wp          ! DDSDDT, DRPLDE, RPL, DRPLDT
       work = values(at_energies + 1) + values(at_energies + 2)
       pnewdt = 1.0_wp
-      call self%umat(room, room(at_states + 1), room(at_tangent + 1), values(at_energies), &
-                     values(at_energies + 1), values(at_energies + 2), heat(1), &
-                     stress_by_temperature, heat_by_strain, heat(2), values(at_kept), &
+      call self%umat(values(after_stress - n_tens), statev(at), values(after_tangent - n_tens**2), &
+                     values(at_energies), values(at_energies + 1), values(at_energies + 2), &
+                     others(13), others, others(7), others(14), values(at_kept), &
                      values(at_dstrain), increment%times, increment%dt, increment%temperature, &
                      increment%heating, increment%fields, increment%changes, self%name, &
-                     int(self%n_direct, c_int), int(self%n_shear, c_int), int(n_tens, c_int), &
-                     int(n, c_int), self%props, &
-                     int(self%n_props, c_int), values(at_place), values(at_rotation), pnewdt, &
+                     increment%n_direct, increment%n_shear, increment%n_tens, &
+                     increment%n_statv, self%props, &
+                     increment%n_props, values(at_place), values(at_rotation), pnewdt, &
                      values(at_length), values(at_f0), values(at_f1), increment%element, &
                      increment%in_layer, 1_c_int, increment%layer, increment%step, &
                      increment%number, &
                      int(name_length, c_size_t))
-      if (.not. are_whole(room(n_tens + 1), room(at_tangent + n_tens**2 + 1), &
-                          room(at_states + n + n_spare + 1), room(at_states + n + 1))) &
-        call find_overrun(self, room)
+      if (.not. are_whole(values(after_stress), values(after_tangent), statev(at + n + n_spare), &
+                          statev(at + n))) call find_overrun(self, values, statev)
       if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is NaN")
       is_refused = pnewdt < 1.0_wp
       if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
-        call check_components(self, diagonal_of(self, room))
+        call check_components(self, diagonal_of(self, values))
       values(at_kept:at_kept + 5) = values(at_kept:at_kept + 5) + values(at_dstrain:at_dstrain + 5)
-      if (self%heat_state > 0) values(size(values)) = values(size(values)) &
+      if (self%heat_state > 0) values(at_heat) = values(at_heat) &
         + self%heat_per_work*(values(at_energies + 1) + values(at_energies + 2) - work)
-      associate (stress => room(:6), state => room(at_states + 1:at_states + n))
-        ! Of a finite sum all parts are finite; so are the marks after three stresses.
-        ok = sum(abs(stress)) + sum(abs(state)) <= huge(1.0_wp)
-        if (.not. ok) ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state))
-      end associate
     end associate
   end subroutine call_umat
 
+  !> Is all finite that a call returned?
+  pure logical function has_result(self, values, statev)
+    class(umat_adapter_t), intent(in) :: self
+    real(wp), intent(in) :: values(n_values), statev(n_column(self%n_statv))
+
+    associate (at => at_state(self%n_statv))
+      has_result = all(ieee_is_finite(values(after_stress - self%n_tens:after_stress - 1))) &
+                   .and. all(ieee_is_finite(statev(at:at + self%n_statv - 1)))
+    end associate
+  end function has_result
+
   !> Are three marks whole, and the zeros after the state variables of a point zero? For every call:
-  !! quicker than to ask one after the other.
+  !! by their bits, quicker than to ask one after the other.
   pure logical function are_whole(mark1, mark2, mark3, spare)
     real(wp), intent(in), dimension(n_guard) :: mark1, mark2, mark3
     real(wp), intent(in) :: spare(n_guard, n_spare/n_guard)
-    real(wp) :: eight(n_guard), four(4)
+    integer(int64) :: bits, whole
+    integer :: i
 
-    eight = (abs(mark1 - mark) + abs(mark2 - mark)) &
-            + (abs(mark3 - mark) + (abs(spare(:, 1)) + abs(spare(:, 2)) + abs(spare(:, 3))))
-    four = eight(:4) + eight(5:)
-    are_whole = (four(1) + four(2)) + (four(3) + four(4)) <= 0.0_wp
+    whole = transfer(mark, 0_int64)
+    bits = 0_int64
+    !$omp simd reduction(ior: bits)
+    do i = 1, n_guard
+      bits = ior(bits, ior(ieor(transfer(mark1(i), 0_int64), whole), &
+                           ieor(transfer(mark2(i), 0_int64), whole)))
+      bits = ior(bits, ior(ieor(transfer(mark3(i), 0_int64), whole), &
+                           ior(transfer(spare(i, 1), 0_int64), &
+                               ior(transfer(spare(i, 2), 0_int64), &
+                                   transfer(spare(i, 3), 0_int64)))))
+    end do
+    are_whole = bits == 0_int64
   end function are_whole
 
   !> End the run with the name of the argument past whose end was written.
-  subroutine find_overrun(self, room)
+  subroutine find_overrun(self, values, statev)
     class(umat_adapter_t), intent(in) :: self
-    real(wp), intent(in) :: room(size_of_room(self))
+    real(wp), intent(in) :: values(n_values), statev(n_column(self%n_statv))
     character(:), allocatable :: hint
 
     hint = ""
     if (self%is_plane) hint = ", which has NTENS = 3 in plane stress ("//space_words//"),"
-    call check_guard(room, self%n_tens, 0, "STRESS"//hint)
-    call check_guard(room(self%at_tangent + 1), self%n_tens**2, 0, "DDSDDE"//hint)
-    call check_guard(room(self%at_states + 1), self%n_statv, n_spare, "STATEV")
-    call check_spare_states(room(self%at_states + self%n_statv + 1), 1, n_spare, self%n_statv, &
-                            "STATEV(")
+    call check_guard(values(after_stress), 0, 0, "STRESS"//hint)
+    call check_guard(values(after_tangent), 0, 0, "DDSDDE"//hint)
+    associate (at => at_state(self%n_statv), n => self%n_statv)
+      call check_guard(statev(at), n, n_spare, "STATEV")
+      call check_spare_states(statev(at + n), 1, n_spare, n, "STATEV(")
+    end associate
   end subroutine find_overrun
 
   !> The diagonal of DDSDDE; of the form for shells those of 11, 22 and 12 stand for all.
-  pure function diagonal_of(self, room) result(diagonal)
+  pure function diagonal_of(self, values) result(diagonal)
     class(umat_adapter_t), intent(in) :: self
-    real(wp), intent(in) :: room(:)          ! as `call_umat` returns it
+    real(wp), intent(in) :: values(n_values)          ! as `call_umat` returns it
     real(wp) :: diagonal(6)
 
-    associate (n => self%n_tens, first => self%at_tangent + 1)
-      diagonal(:n) = room(first:first + n*n - 1:n + 1)
+    associate (n => self%n_tens)
+      diagonal(:n) = values(after_tangent - n**2:after_tangent - 1:n + 1)
     end associate
     if (self%is_plane) diagonal = diagonal([1, 2, 1, 3, 3, 3])
   end function diagonal_of
@@ -486,21 +532,25 @@ contains
     real(wp), intent(out) :: stiffness(6)
     logical, intent(out) :: is_finite
     real(wp), parameter :: little = 1.0e-8_wp, much = 1.0e-3_wp
-    real(wp) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
+    real(wp) :: values(n_values, 1 + room_columns)
+    real(wp) :: statev(n_column(self%n_statv) + n_room)
     type(increment_t) :: increment
     logical :: is_refused, ok
 
-    call set_first(self, dt, point, state, increment, values, room)
-    if (self%is_plane) values(at_dstrain + 2) = little
+    call set_first(self, dt, point, state, increment, values, statev)
+    if (self%is_plane) values(at_dstrain + 2, 1) = little
     call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-    call call_umat(self, increment, values, room, is_refused, ok)
-    if (self%is_plane .and. any(abs(room(:2)) > much*abs(room(3)))) &
-      call end_user_run("returns direct stress for shear alone in plane stress: "//space_words)
-    call leave_user_call()
-    associate (first => self%at_tangent + 1)
-      is_finite = ok .and. all(ieee_is_finite(room(first:first + self%n_tens**2 - 1)))
+    call call_umat(self, increment, values, statev, is_refused)
+    ok = has_result(self, values(1, 1), statev)
+    associate (direct => values(after_stress - 3:after_stress - 2, 1), &
+               shear => values(after_stress - 1, 1))
+      if (self%is_plane .and. any(abs(direct) > much*abs(shear))) &
+        call end_user_run("returns direct stress for shear alone in plane stress: "//space_words)
     end associate
-    stiffness = diagonal_of(self, room)
+    call leave_user_call()
+    is_finite = ok .and. all(ieee_is_finite( &
+      values(after_tangent - self%n_tens**2:after_tangent - 1, 1)))
+    stiffness = diagonal_of(self, values)
   end subroutine stiffness_at_start
 
   !> Three increments of growing strain from the start, with deformation gradients and without.
@@ -510,27 +560,31 @@ contains
     type(first_point_t), intent(in) :: point
     real(wp), parameter :: sizes(3) = [1.0e-8_wp, 1.0e-4_wp, 1.0e-2_wp], rounding = 1.0e-12_wp
     real(wp), parameter :: way(6) = [1.0_wp, -0.5_wp, -0.4_wp, 0.2_wp, 0.1_wp, 0.3_wp]
-    real(wp) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
+    real(wp) :: values(n_values, 1 + room_columns)
+    real(wp) :: statev(n_column(self%n_statv) + n_room)
     real(wp) :: results(self%n_tens + self%n_statv, 2)
     type(increment_t) :: increment
     logical :: is_refused, ok
     integer :: k, i
 
     do k = 1, 2
-      call set_first(self, dt, point, state, increment, values, room)
+      call set_first(self, dt, point, state, increment, values, statev)
       do i = 1, size(sizes)
         increment%number = int(i + 1, c_int)   ! DDSDDE is looked at in the first of a run
-        values(at_dstrain:at_dstrain + 5) = sizes(i)*way
-        if (self%is_plane) values(at_dstrain:at_dstrain + 5) = sizes(i)*[way(in_sheet), &
-                                                                        0.0_wp, 0.0_wp, 0.0_wp]
+        values(at_dstrain:at_dstrain + 5, 1) = sizes(i)*way
+        if (self%is_plane) values(at_dstrain:at_dstrain + 5, 1) = sizes(i)*[way(in_sheet), &
+                                                                           0.0_wp, 0.0_wp, 0.0_wp]
         call stretch(sizes(i)*way, values)
-        if (k == 2) call forget_gradients(values)
+        if (k == 2) call forget_gradients(1, values)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-        call call_umat(self, increment, values, room, is_refused, ok)
+        call call_umat(self, increment, values, statev, is_refused)
+        ok = has_result(self, values(1, 1), statev)
         if (is_refused .or. .not. ok) exit
       end do
-      results(:, k) = [room(:self%n_tens), &
-                       room(self%at_states + 1:self%at_states + self%n_statv)]
+      associate (n => self%n_statv, at => at_state(self%n_statv))
+        results(:, k) = [values(after_stress - self%n_tens:after_stress - 1, 1), &
+                         statev(at:at + n - 1)]
+      end associate
     end do
     call leave_user_call()
     differs_without_gradients = .not. all(abs(results(:, 2) - results(:, 1)) &
@@ -540,7 +594,7 @@ contains
   !> The deformation gradients of an increment without rotation that follows.
   pure subroutine stretch(e, values)
     real(wp), intent(in) :: e(6)
-    real(wp), intent(inout) :: values(:)
+    real(wp), intent(inout) :: values(n_values)
     real(wp) :: growth(3, 3)
 
     associate (f0 => values(at_f0:at_f0 + 8), f1 => values(at_f1:at_f1 + 8))
@@ -552,19 +606,19 @@ contains
   end subroutine stretch
 
   !> An increment without strain at the start.
-  subroutine set_first(self, dt, point, state, increment, values, room)
+  subroutine set_first(self, dt, point, state, increment, values, statev)
     class(umat_adapter_t), intent(in) :: self
     real(wp), intent(in) :: dt, state(:)
     type(first_point_t), intent(in) :: point
     type(increment_t), intent(out) :: increment
-    real(wp), intent(out) :: values(at_kept - 1 + n_carried(self))
-    real(wp), intent(inout) :: room(size_of_room(self))
+    real(wp), intent(out) :: values(n_values)
+    real(wp), intent(inout) :: statev(n_column(self%n_statv))
 
+    call start_increment(self, increment)
     increment%element = int(point%element, c_int)
     increment%point = int(point%point, c_int)
     increment%number = 1
     increment%dt = dt
-    increment%temperature = self%start_temperature
     if (point%n_fields > 0) call set_fields(point%fields(:point%n_fields), &
                                             point%fields(:point%n_fields), increment)
     values = 0.0_wp
@@ -573,9 +627,8 @@ contains
     values(at_f1:at_f1 + 8) = reshape(identity, [9])
     values(at_place:at_place + 2) = point%place
     values(at_length) = point%length
-    call set_room(self, room)
-    room(:self%n_tens) = 0.0_wp
-    room(self%at_states + 1:self%at_states + self%n_statv) = state
+    call set_marks(self%n_statv, 1, values, statev)
+    statev(at_state(self%n_statv):at_state(self%n_statv) + self%n_statv - 1) = state
   end subroutine set_first
 
 end module umat_adapter

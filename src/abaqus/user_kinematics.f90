@@ -6,7 +6,7 @@ module user_kinematics
   private
 
   public :: rotation_of_spin, rotated_stress, rotated_strain, identity, determinants, of_row
-  public :: rotations_of_spins, polar_rotations, rotations_of_quaternions, spins_between
+  public :: turn_strains, polar_rotations, rotations_of_quaternions, spins_between
 
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
                                                    0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
@@ -64,29 +64,41 @@ contains
     rotated(4:) = 2.0_wp*rotated(4:)
   end function rotated_strain
 
-  !> The same rotations for many spins, column by column as a UMAT is given its DROT.
-  pure subroutine rotations_of_spins(n, spin, r)
+  !> The same rotations for many spins, column by column as a UMAT is given its DROT, and strains
+  !! with engineering shear rotated by them.
+  pure subroutine turn_strains(n, spin, strain, rotation, turned)
     integer, intent(in) :: n
-    real(wp), intent(in) :: spin(n, 3)      !! 12, 13, 23
-    real(wp), intent(out) :: r(n, 9)        !! 11, 21, 31, 12 ...
-    real(wp) :: a, b, c, w
+    real(wp), intent(in) :: spin(n, 3)                     !! 12, 13, 23
+    real(wp), intent(in) :: strain(n, 6)                   !! 11, 22, 33, 12, 13, 23
+    real(wp), intent(out) :: rotation(n, 9), turned(n, 6)  !! 11, 21, 31, 12 ...
+    real(wp) :: a, b, c, w, r11, r12, r13, r21, r22, r23, r31, r32, r33
+    real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6
     integer :: l
 
-    !$omp simd private(a, b, c, w)
+    !$omp simd private(a, b, c, w, r11, r12, r13, r21, r22, r23, r31, r32, r33, s1, s2, s3, s4, &
+    !$omp s5, s6, t1, t2, t3, t4, t5, t6)
     do l = 1, n
       a = 0.5_wp*spin(l, 1); b = 0.5_wp*spin(l, 2); c = 0.5_wp*spin(l, 3)
       w = 2.0_wp/(1.0_wp + (a*a + b*b + c*c))
-      r(l, 1) = 1.0_wp - w*(a*a + b*b)
-      r(l, 2) = -w*(a + b*c)
-      r(l, 3) = -w*(b - a*c)
-      r(l, 4) = w*(a - b*c)
-      r(l, 5) = 1.0_wp - w*(a*a + c*c)
-      r(l, 6) = -w*(c + a*b)
-      r(l, 7) = w*(b + a*c)
-      r(l, 8) = w*(c - a*b)
-      r(l, 9) = 1.0_wp - w*(b*b + c*c)
+      r11 = 1.0_wp - w*(a*a + b*b); r12 = w*(a - b*c); r13 = w*(b + a*c)
+      r21 = -w*(a + b*c); r22 = 1.0_wp - w*(a*a + c*c); r23 = w*(c - a*b)
+      r31 = -w*(b - a*c); r32 = -w*(c + a*b); r33 = 1.0_wp - w*(b*b + c*c)
+      rotation(l, 1) = r11; rotation(l, 2) = r21; rotation(l, 3) = r31
+      rotation(l, 4) = r12; rotation(l, 5) = r22; rotation(l, 6) = r32
+      rotation(l, 7) = r13; rotation(l, 8) = r23; rotation(l, 9) = r33
+      s1 = strain(l, 1); s2 = strain(l, 2); s3 = strain(l, 3)
+      s4 = 0.5_wp*strain(l, 4); s5 = 0.5_wp*strain(l, 5); s6 = 0.5_wp*strain(l, 6)
+      t1 = r11*s1 + r12*s4 + r13*s5; t2 = r11*s4 + r12*s2 + r13*s6; t3 = r11*s5 + r12*s6 + r13*s3
+      t4 = r21*s1 + r22*s4 + r23*s5; t5 = r21*s4 + r22*s2 + r23*s6; t6 = r21*s5 + r22*s6 + r23*s3
+      turned(l, 1) = t1*r11 + t2*r12 + t3*r13
+      turned(l, 2) = t4*r21 + t5*r22 + t6*r23
+      ! A rotation keeps the trace.
+      turned(l, 3) = (s1 - turned(l, 1)) + (s2 - turned(l, 2)) + s3
+      turned(l, 4) = 2.0_wp*(t1*r21 + t2*r22 + t3*r23)
+      turned(l, 5) = 2.0_wp*(t1*r31 + t2*r32 + t3*r33)
+      turned(l, 6) = 2.0_wp*(t4*r31 + t5*r32 + t6*r33)
     end do
-  end subroutine rotations_of_spins
+  end subroutine turn_strains
 
   !> Rotations R of F = R U, row by row, by Newton's iteration (N. J. Higham, SIAM J. Sci. Stat.
   !! Comput. 7 (1986), 1160), which squares the error. F must have a positive determinant; else
