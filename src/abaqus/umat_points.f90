@@ -14,12 +14,13 @@ module umat_points
   integer, parameter, public :: n_spare = 24     !! zeros after the state variables, see `slack`
   integer, parameter, public :: n_together = 8   !! points that are taken together
 
-  !> Where arguments begin in the column of a point. At `at_kept` begins what is kept after the state
-  !! variables, the strain already rotated, and the temperature rise by inelastic work. STRESS and
-  !! DDSDDE end where their marks begin, at whole lines of the cache.
+  !> Where arguments begin in the column of a point. At `at_kept` begins what is kept after the
+  !! state variables, the strain already rotated, and the temperature rise by inelastic work. STRESS
+  !! and DDSDDE end where their marks begin, at multiples of eight.
   integer, parameter, public :: at_dstrain = 1, at_length = 7, at_rotation = 9, at_place = 18, &
-                                at_f0 = 21, at_f1 = 30, at_kept = 39, at_energies = at_kept + 6, &
-                                at_heat = at_kept + n_kept, after_stress = 57, after_tangent = 105
+                                at_f0 = 21, at_f1 = 30, at_kept = 39, &
+                                at_energies = at_kept + 6, at_heat = at_kept + n_kept, &
+                                after_stress = 57, after_tangent = 105
   integer, parameter, public :: n_values = after_tangent + n_guard - 1
 
   !> The places of the entries 11, 21, 31, 12, ... in a matrix row by row.
@@ -34,7 +35,7 @@ contains
     n_column = at_state(n_statv) - 1 + n_statv + n_spare + n_guard
   end function n_column
 
-  !> Where STATEV begins there, to end at a whole line of the cache.
+  !> Where STATEV begins there, to end at a multiple of eight.
   pure integer function at_state(n_statv)
     integer, intent(in) :: n_statv
 
