@@ -13,6 +13,7 @@ module umat_points
   integer, parameter, public :: n_kept = 9       !! values kept after the state variables
   integer, parameter, public :: n_spare = 24     !! zeros after the state variables, see `slack`
   integer, parameter, public :: n_together = 8   !! points that are taken together
+  integer, parameter :: n_gap = 248              ! values after the mark behind STATEV
 
   !> Where arguments begin in the column of a point. At `at_kept` begins what is kept after the
   !! state variables, the strain already rotated, and the temperature rise by inelastic work. STRESS
@@ -28,11 +29,12 @@ module umat_points
 
 contains
 
-  !> Values of the column of a point that holds STATEV, zeros and a mark.
+  !> Values of the column of a point that holds STATEV, zeros and a mark. Those after the mark are
+  !! nobody's: a single write far beyond STATEV is not to change another point.
   pure integer function n_column(n_statv)
     integer, intent(in) :: n_statv
 
-    n_column = at_state(n_statv) - 1 + n_statv + n_spare + n_guard
+    n_column = at_state(n_statv) - 1 + n_statv + n_spare + n_guard + n_gap
   end function n_column
 
   !> Where STATEV begins there, to end at a multiple of eight.
@@ -55,7 +57,7 @@ contains
         values(after_stress + c, i) = mark
         values(after_tangent + c, i) = mark
       end do
-      associate (last => n_column(n_statv))
+      associate (last => n_column(n_statv) - n_gap)
         !$omp simd
         do c = 1, n_spare
           statev(last - n_guard - n_spare + c, i) = 0.0_wp
