@@ -17,7 +17,7 @@ class UnsupportedOperation(Exception):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """The modules of the package; this folder is none of them."""
     del config_settings, metadata_directory
-    modules = sorted(path for folder in (".", "cad", "study")
+    modules = sorted(path for folder in (".", "cad", "fit", "study")
                      for path in PACKAGE.glob(f"{folder}/*.py"))
     return write_wheel(wheel_directory, {
         f"post/{path.relative_to(PACKAGE).as_posix()}": path.read_bytes() for path in modules})
