@@ -7,6 +7,7 @@ from post.draw_in import Outline
 from post.results import Results, ResultsError
 from post.style import plt, save, tool_colour
 
+MOST_GAP = 20.0      # degrees between places of a profile
 STEP = 1.0           # degrees between the places of a profile
 LEAST = 0.05         # an ear stands out of its valleys by this part of the earing
 
@@ -58,7 +59,8 @@ class Profile:
         slack = 2.0
         quarters = [side for side in (self.angles, 180 - self.angles, 180 + self.angles,
                                       360 - self.angles)
-                    if side.min() >= a[0] - slack and side.max() <= a[-1] + slack]
+                    if side.min() >= a[0] - slack and side.max() <= a[-1] + slack
+                    and widest_gap(a, side.min(), side.max()) <= MOST_GAP]
         if not quarters:
             raise ResultsError(f"'{name}' holds angles from {a[0]:g} to {a[-1]:g} degrees; "
                                "expected at least one whole quarter")
@@ -99,6 +101,12 @@ class Profile:
     def line(self, angles):
         return " ".join([f"{self.name[:24]:>24}", *(f"{h:7.2f}" for h in self.at(angles)),
                          f"{self.mean:7.2f} {self.earing:7.2f} {self.ears():5d}"])
+
+
+def widest_gap(angles, low, high):
+    """Between rising angles from `low` to `high`, these included."""
+    inside = angles[(angles > low) & (angles < high)]
+    return np.diff(np.concatenate([[low], inside, [high]])).max()
 
 
 def rim_of(results):

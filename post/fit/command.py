@@ -78,7 +78,7 @@ def fit_hardening(material):
     for name in part.get("laws", list(CURVES)):
         law = CURVES[name]
         results[name] = fit(lambda p, law=law: (law.value(p, strain) - stress) / uncertainty,
-                            [law.start(strain, stress)], law.low, np.inf, law.constants)
+                            [law.start(strain, stress)], law.low, law.high, law.constants)
     return results
 
 
@@ -132,7 +132,7 @@ def fit_functions(material):
 
         start = np.array(function.start, float)
         noise = np.random.default_rng(1).normal(0, SPREAD, (N_STARTS - 1, len(start)))
-        low = 1e-3 if name == "HILL48" else -np.inf
-        noise = noise if name != "HILL48" else np.abs(noise)
-        results[name] = fit(errors, [start, *(start + noise)], low, np.inf, function.constants)
+        low, high = (np.array([bound[end] for bound in function.bounds]) for end in (0, 1))
+        starts = np.clip([start, *(start + noise)], low, high)
+        results[name] = fit(errors, starts, low, high, function.constants)
     return results

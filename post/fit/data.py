@@ -124,6 +124,10 @@ class Reader:
             self.fault("cyclic.back_stresses", parts["cyclic"]["back_stresses"], "at least 1")
         if not {"hardening", "cyclic", "yield"} & parts.keys():
             self.fault("the file", "nothing to fit", "[hardening], [cyclic] or [yield]")
+        for name in ("hardening", "cyclic"):
+            if parts.get(name, {}).get("uncertainty", 1) <= 0:
+                self.fault(f"{name}.uncertainty", parts[name]["uncertainty"], "a number above 0")
+        self.exponent(parts.get("yield", {}))
         for where, table in [("yield", parts.get("yield", {})),
                              *((f"tension {i}", row) for i, row in enumerate(tension, 1))]:
             for key, value in self.known(table.get("uncertainty", {}),
@@ -134,6 +138,16 @@ class Reader:
         if "yield" in parts and not tension:
             self.fault("yield", "no [[tension]]", "stresses and r-values to fit")
         return material
+
+    def exponent(self, part):
+        """That of the yield functions, as *POTENTIAL takes it."""
+        value = part.get("exponent", 8)
+        even = [name for name in part.get("functions", list(FUNCTIONS))
+                if name in FUNCTIONS and FUNCTIONS[name].is_even]
+        if not 2 <= value <= 100:
+            self.fault("yield.exponent", value, "a number from 2 to 100")
+        elif even and value % 2 != 0:
+            self.fault("yield.exponent", value, f"an even whole number, for {', '.join(even)}")
 
     def names(self, found, known, where):
         for name in found:

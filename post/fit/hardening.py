@@ -27,6 +27,7 @@ class Curve:
     constants: tuple     # their names, in the order of the data line
     start: object        # function of strains and stresses: where the search begins
     low: tuple           # least constants
+    high: tuple          # and largest ones, as *PLASTIC takes them
 
 
 def voce_start(e, s):
@@ -38,13 +39,15 @@ def swift_start(e, s):
 
 
 CURVES = {one.name: one for one in (
-    Curve("VOCE", voce, ("sigma_0", "Q", "b"), voce_start, (1e-9, 0, 0)),
-    Curve("SWIFT", swift, ("K", "eps_0", "n"), swift_start, (1e-9, 1e-9, 0)),
+    Curve("VOCE", voce, ("sigma_0", "Q", "b"), voce_start, (1e-9, 0, 0), (np.inf,) * 3),
+    Curve("SWIFT", swift, ("K", "eps_0", "n"), swift_start, (1e-9, 1e-9, 0),
+          (np.inf, np.inf, 1)),
     Curve("LUDWIK", ludwik, ("sigma_0", "K", "n"),
-          lambda e, s: [0.9 * s[0], s[-1] - 0.9 * s[0], 0.5], (1e-9, 0, 1e-3)),
+          lambda e, s: [0.9 * s[0], s[-1] - 0.9 * s[0], 0.5], (1e-9, 0, 1e-3),
+          (np.inf, np.inf, 1)),
     Curve("HOCKETT SHERBY", hockett_sherby, ("sigma_0", "sigma_s", "m", "n"),
           lambda e, s: [s[0], 1.1 * s[-1], 3 / max(e[-1], 1e-6) ** 0.8, 0.8],
-          (1e-9, 1e-9, 0, 1e-3)))}
+          (1e-9, 1e-9, 0, 1e-3), (np.inf, np.inf, np.inf, 1)))}
 
 
 def cyclic_stress(p, strain, n_back):

@@ -90,6 +90,13 @@ class YieldFunction:
     constants: tuple     # their names
     start: tuple         # those of an isotropic sheet
     has_exponent: bool = True
+    limited: tuple = ()  # least and largest value of the first ones, as *POTENTIAL takes them
+    is_even: bool = False    # of the exponent, which must be a whole number then
+
+    @property
+    def bounds(self):
+        free = (-np.inf, np.inf)
+        return list(self.limited) + [free] * (len(self.constants) - len(self.limited))
 
     def stress(self, p, m, angle):
         """Yield stress in tension at an angle [degrees]."""
@@ -126,11 +133,14 @@ def tension(angle):
 
 TRANSFORM = ("c12", "c13", "c21", "c23", "c31", "c32", "c66")
 FUNCTIONS = {one.name: one for one in (
-    YieldFunction("HILL48", hill48, ("r_0", "r_45", "r_90"), (1, 1, 1), False),
-    YieldFunction("BARLAT89", barlat89, ("a", "h", "p"), (1, 1, 1)),
+    YieldFunction("HILL48", hill48, ("r_0", "r_45", "r_90"), (1, 1, 1), False,
+                  ((1e-3, np.inf),) * 3),
+    YieldFunction("BARLAT89", barlat89, ("a", "h", "p"), (1, 1, 1), True, ((1e-3, 1.999),), True),
     YieldFunction("YLD91", yld91, ("c1", "c2", "c3", "c6"), (1,) * 4),
-    YieldFunction("YLD2000", yld2000, tuple(f"alpha_{k}" for k in range(1, 9)), (1,) * 8),
-    YieldFunction("BBC2005", bbc2005, ("a", "b", "L", "M", "N", "P", "Q", "R"), (0.5,) * 8),
+    YieldFunction("YLD2000", yld2000, tuple(f"alpha_{k}" for k in range(1, 9)), (1,) * 8,
+                  is_even=True),
+    YieldFunction("BBC2005", bbc2005, ("a", "b", "L", "M", "N", "P", "Q", "R"), (0.5,) * 8,
+                  True, ((1e-6, np.inf), (0, np.inf)), True),
     YieldFunction("YLD2004", yld2004, tuple(f"{c}'" for c in TRANSFORM)
                   + tuple(f"{c}''" for c in TRANSFORM), (1,) * 14))}
 

@@ -323,6 +323,11 @@ contains
     type(increment_t), intent(inout) :: increment
 
     increment%temperature = self%start_temperature
+    ! What a USDFLD has set at the point before.
+    if (associated(self%usdfld)) then
+      increment%fields = 0.0_wp
+      increment%changes = 0.0_wp
+    end if
     associate (n => context%n_fields)
       if (n > 0) call set_fields(context%fields(l, :n), context%fields(l, n + 1:), increment)
     end associate

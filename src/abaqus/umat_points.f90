@@ -201,7 +201,7 @@ contains
   !> Matrices of eight points, from row by row to column by column.
   pure subroutine take_matrix(n, rows, values)
     integer, intent(in) :: n
-    real(wp), intent(in) :: rows(n, 9)
+    real(wp), intent(in) :: rows(n, *)
     real(wp), intent(inout) :: values(n_values, *)
     integer :: i
 

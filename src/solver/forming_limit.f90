@@ -13,18 +13,19 @@ module forming_limit
   use scene, only: material_test_spec_t
   use block_law, only: block_law_t
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
-                            strain_to_frame, stress_to_frame, stop_words
+                            strain_to_frame, stress_to_frame, stop_words, unmet_words
   implicit none
   private
 
   public :: find_limit, ratio_of
 
+  character(*), parameter :: end_words = "the groove bears no more"
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
   real(wp), parameter :: many = 10.0_wp            !! of the rates of thinning
   real(wp), parameter :: far = 3.0_wp              !! major strain at which the search ends
   real(wp), parameter :: least_ratio = -0.5_wp     !! minor over major strain, up to 1
-  !> Grooves at the start, from across the major strain on. Beyond zero minor strain the first is
-  !! the worst.
+  !> Grooves at the start, from across the major strain on, to the other side as well where the
+  !! material is not the same there. Beyond zero minor strain the first is the worst.
   integer, parameter :: n_angles = 10
   real(wp), parameter :: angle_step = 5.0_wp       !! [degrees]
 
@@ -46,12 +47,14 @@ contains
     real(wp), intent(out) :: groove        !! across the groove, from the major strain [degrees]
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: reached, turned
-    integer :: i
+    integer :: i, first, last
 
     limit = far
     groove = 0.0_wp
-    do i = 1, merge(n_angles, 1, ratio < 0.0_wp)
-      call stretch(spec, law, ratio, angle_step*(i - 1)*degree, limit, reached, turned, error)
+    last = merge(n_angles - 1, 0, ratio < 0.0_wp)
+    first = merge(-last, 0, abs(modulo(spec%angle, 90.0_wp)) > 0.0_wp)
+    do i = first, last
+      call stretch(spec, law, ratio, angle_step*i*degree, limit, reached, turned, error)
       if (allocated(error)) return
       if (reached >= limit) cycle
       limit = reached
@@ -74,7 +77,8 @@ contains
     type(material_point_t) :: sheet, groove, before
     type(error_t), allocatable :: trouble
     type(control_t) :: control
-    real(wp) :: aim(6), thinning, last
+    real(wp) :: aim(6), thinning, last, start_eqps
+    logical :: flows
 
     sheet = new_point(law, spec%state, spec%fields, is_plane=.true.)
     groove = sheet
@@ -82,6 +86,7 @@ contains
     reached = 0.0_wp
     turned = start
     last = 0.0_wp
+    start_eqps = sheet%state(law%eqps_state)
     do
       if (is_stop_wanted()) call fail(error, stop_words//"; the rows up to there are kept")
       if (allocated(error)) return
@@ -91,13 +96,27 @@ contains
       if (allocated(error)) return
       turned = atan(tan(start)*exp((1.0_wp - ratio)*(reached + spec%step)))
       call follow_sheet(spec, law, before, sheet, turned, last, groove, trouble)
-      if (allocated(trouble)) exit
+      if (allocated(trouble)) then
+        if (is_end_of_groove(trouble%message)) exit
+        call fail(error, "in the groove: "//trouble%message)
+        return
+      end if
       thinning = sheet%strain(3) - before%strain(3)
-      if (last < many*thinning) exit
+      ! A groove that flows in a sheet which does not is no limit.
+      flows = before%state(law%eqps_state) > start_eqps .and. &
+              sheet%state(law%eqps_state) > before%state(law%eqps_state)
+      if (flows .and. last < many*thinning) exit
       reached = reached + spec%step
       if (reached >= most) exit
     end do
   end subroutine stretch
+
+  !> Does a failure say that the groove bears no more? Others are those of the law.
+  pure logical function is_end_of_groove(message)
+    character(*), intent(in) :: message
+
+    is_end_of_groove = message == end_words .or. message == unmet_words
+  end function is_end_of_groove
 
   !> One increment of the groove: the strain of the sheet along it, and across it the force of the
   !! sheet, for which its thickness is found by repetition. Fails where none bears that force.
@@ -144,7 +163,7 @@ contains
       miss_before = miss
       guess = next
     end do
-    call fail(error, "the groove bears no more")
+    call fail(error, end_words)
   end subroutine follow_sheet
 
 end module forming_limit

@@ -24,6 +24,9 @@ module material_point
   !> How the failure of a test begins that a signal has stopped.
   character(*), parameter, public :: stop_words = "stopped by a signal"
 
+  !> How it begins that no strain increment was found, though the law answers.
+  character(*), parameter, public :: unmet_words = "no strain increment meets the conditions"
+
   character(2), parameter :: components(6) = ["11", "22", "33", "12", "13", "23"]
 
   !> Where the point has come to. Components 11, 22, 33, 12, 13, 23, engineering shear strains.
@@ -253,7 +256,7 @@ contains
       trial = next
     end do
     if (before <= loose*scale) return
-    call fail(error, "no strain increment meets the conditions")
+    call fail(error, unmet_words)
     if (.not. is_solved) return
     if (.not. next%is_good) error%message = error%message//": "//why_refused(law, next)
   end subroutine iterate

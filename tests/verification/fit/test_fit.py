@@ -204,6 +204,13 @@ r = 1
                      "tension 1", "uncertainty.r"):
             self.assertIn(part, found)
 
+    def test_exponents_and_uncertainties_that_cannot_be(self):
+        tension = "[[tension]]\nangle = 0\nr = 1\n[yield]\nexponent = {}\nfunctions = [{}]\n"
+        self.assertIn("even", self.faults(tension.format(7, '"YLD2000"')))
+        self.assertIn("from 2 to 100", self.faults(tension.format(0, '"YLD91"')))
+        self.assertIn("above 0", self.faults("[hardening]\npoints = [[0, 1], [0.1, 2], [0.2, 3]]\n"
+                                             "uncertainty = 0\n"))
+
     def test_a_file_without_anything_to_fit(self):
         self.assertIn("nothing to fit", self.faults("name = 'x'\n"))
 

@@ -226,6 +226,11 @@ class TestEaring(unittest.TestCase):
         self.assertEqual(earing.Profile("cup", quarter, heights).ears(), 6)
         self.assertRaises(ResultsError, earing.Profile, "cup", quarter[:60], heights[:60])
 
+    def test_a_half_cup_has_two_quarters(self):
+        angles = np.arange(-90, 90.1) % 360
+        profile = earing.Profile("cup", angles, self.wave(4, angles))
+        np.testing.assert_allclose(profile.at([0, 45, 90]), [31, 29, 31], atol=0.01)
+
     def test_the_mean_of_the_quarters_counts(self):
         angles = np.arange(0, 360, 1.0)
         tilted = self.wave(4, angles) + 0.3 * np.cos(np.radians(angles - 20))
