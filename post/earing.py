@@ -4,6 +4,7 @@ import os
 import numpy as np
 
 from post.draw_in import Outline
+from post.number_table import read_numbers
 from post.results import Results, ResultsError
 from post.style import plt, save, tool_colour
 
@@ -141,20 +142,11 @@ def corners_of(patch, frame):
 
 def table_of(path):
     """Angles and heights of a CSV file."""
-    rows = []
-    try:
-        with open(path, encoding="utf-8") as file:
-            for line in file:
-                try:
-                    rows.append([float(word) for word in line.split(",")[:2]])
-                except ValueError:
-                    continue
-    except OSError as fault:
-        raise ResultsError(f"'{path}' cannot be read: {fault.strerror}") from None
-    if len(rows) < 3 or any(len(row) < 2 for row in rows):
+    rows = read_numbers(path)
+    if len(rows) < 3:
         raise ResultsError(f"'{path}' holds {len(rows)} lines of numbers; expected at least three "
                            "of angle and height, with a comma between")
-    return np.transpose(rows)
+    return rows.T
 
 
 def draw(profiles, unit):

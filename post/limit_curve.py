@@ -5,10 +5,9 @@ n: (23.3 + 14.13 t) n/0.21 per cent of engineering strain where the minor strain
 to 0.21 and t up to 3.1 mm; towards negative minor strains at constant thinning, towards positive
 ones with slope 1/2, both in logarithmic strains. Or a user's, a CSV file of minor and major strain.
 """
-import csv
-
 import numpy as np
 
+from post.number_table import read_numbers
 from post.results import ResultsError
 
 MOST_N, MOST_THICKNESS = 0.21, 3.1
@@ -63,17 +62,8 @@ def listed_curve(minor, major):
 
 def read_curve(path, is_engineering):
     """Minor and major logarithmic strains of a CSV file; lines that are no numbers are skipped."""
-    rows = []
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            for row in csv.reader(file):
-                try:
-                    rows.append((float(row[0]), float(row[1])))
-                except (ValueError, IndexError):
-                    continue
-    except OSError as fault:
-        raise ResultsError(f"cannot read '{path}': {fault.strerror}") from None
-    values = np.array(sorted(rows)).reshape(-1, 2)
+    values = read_numbers(path)
+    values = values[np.lexsort(values.T[::-1])]
     if len(values) < 2 or np.any(np.diff(values[:, 0]) <= 0):
         raise ResultsError(f"'{path}' holds no curve: at least two lines of minor and major strain "
                            "with different minor strains are needed")

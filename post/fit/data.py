@@ -25,18 +25,17 @@
     exponent = 8
     uncertainty = { stress = 0.01, r = 0.02 }
 """
-import difflib
 import os
-import tomllib
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from post.fit.hardening import CURVES
 from post.fit.yields import FUNCTIONS
+from post.number_table import read_numbers
 from post.results import ResultsError
+from post.toml_file import NUMBER, TomlReader, hint, read_toml
 
-NUMBER = (int, float)
 KEYS = {"name": str, "young": NUMBER, "hardening": dict, "cyclic": dict, "tension": list,
         "biaxial": dict, "yield": dict}
 CURVE_KEYS = {"curve": str, "points": list, "strain": str, "uncertainty": NUMBER}
@@ -46,7 +45,6 @@ PART_KEYS = {"hardening": {"laws": list, **CURVE_KEYS},
              "yield": {"functions": list, "exponent": NUMBER, "uncertainty": dict}}
 TENSION_KEYS = {"angle": NUMBER, "stress": NUMBER, "r": NUMBER, "uncertainty": dict}
 FLOWING = 0.2        # rows whose strain grows plastically by less of it are elastic: left out
-KINDS = {str: "a text", int: "a whole number", dict: "a table", list: "a list", NUMBER: "a number"}
 
 
 @dataclass
@@ -60,46 +58,13 @@ class Material:
 
 def read_material(path):
     """The data of a file; `ResultsError` with all its faults."""
-    try:
-        with open(path, "rb") as file:
-            source = tomllib.load(file)
-    except OSError as fault:
-        raise ResultsError(f"there are no data '{path}': {fault.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise ResultsError(f"{path}: not TOML: {fault}") from None
-    reader = Reader(path)
-    material = reader.material(source)
-    if reader.faults:
-        raise ResultsError("\n".join(reader.faults))
-    return material
+    return read_toml(path, "file of data", Reader)
 
 
-class Reader:
-    """Takes the tables apart and notes what is wrong."""
+class Reader(TomlReader):
+    """Takes the tables of measured data apart and notes what is wrong."""
 
-    def __init__(self, path):
-        self.path = path
-        self.faults = []
-
-    def fault(self, key, found, expected):
-        self.faults.append(f"{self.path}: {key}: found {found}; expected {expected}")
-
-    def known(self, table, keys, where):
-        """The entries that are known and of the right kind; the others are faults."""
-        good = {}
-        for key, value in table.items():
-            place = f"{where}.{key}" if where else key
-            if key not in keys:
-                near = difflib.get_close_matches(key, keys, 1, 0.5)
-                self.fault(place, "an unknown key", f"one of {', '.join(keys)}"
-                           + (f"; did you mean {near[0]}?" if near else ""))
-            elif not isinstance(value, keys[key]) or isinstance(value, bool):
-                self.fault(place, repr(value), KINDS[keys[key]])
-            else:
-                good[key] = value
-        return good
-
-    def material(self, source):
+    def take(self, source):
         source = self.known(source, KEYS, "")
         parts = {name: self.known(source[name], keys, name)
                  for name, keys in PART_KEYS.items() if name in source}
@@ -152,9 +117,8 @@ class Reader:
     def names(self, found, known, where):
         for name in found:
             if name not in known:
-                near = difflib.get_close_matches(str(name).upper(), known, 1, 0.5)
                 self.fault(where, repr(name), f"one of {', '.join(known)}"
-                           + (f"; did you mean {near[0]}?" if near else ""))
+                           + hint(str(name).upper(), known))
 
     def curve(self, part, where, young):
         """Plastic strain and stress, from a file or from points."""
@@ -164,8 +128,10 @@ class Reader:
             return None
         rows = part.get("points")
         if rows is None:
-            rows = self.table(os.path.join(os.path.dirname(self.path), part["curve"]), where)
-            if rows is None:
+            try:
+                rows = read_numbers(os.path.join(os.path.dirname(self.path), part["curve"]))
+            except ResultsError as fault:
+                self.fault(f"{where}.curve", fault, "a file of strain, stress")
                 return None
         try:
             strain, stress = np.array(rows, float).T
@@ -187,18 +153,3 @@ class Reader:
                                                                                      prepend=0.0))
             strain, stress = plastic[flows], stress[flows]
         return strain, stress
-
-    def table(self, path, where):
-        """The rows of a CSV file of two columns; lines of text and of # are left out."""
-        rows = []
-        try:
-            with open(path, encoding="utf-8") as file:
-                for line in file:
-                    try:
-                        rows.append([float(word) for word in line.split(",")[:2]])
-                    except ValueError:
-                        continue
-        except OSError as fault:
-            self.fault(f"{where}.curve", f"'{path}': {fault.strerror}", "a file of strain, stress")
-            return None
-        return rows

@@ -30,13 +30,11 @@
     when = "a first look"
     shape = 1.0
 """
-import difflib
 import itertools
 import os
-import tomllib
 from dataclasses import dataclass, field
 
-from post.results import ResultsError
+from post.toml_file import KINDS, NUMBER, TomlReader, hint, read_toml
 
 # Name: what it is, whether its unit is that of a length (else it is per cent).
 MEASURES = {
@@ -54,9 +52,6 @@ REFERENCE_KEYS = {"data": str, "run": dict, "values": dict, "middle": list, "end
                   "shift": bool}
 SOURCES = ("data", "run", "values")
 PLOT_KEYS = {"colour": str, "marker": str, "label": list}
-KINDS = {str: "a text", int: "a whole number", dict: "a table", list: "a list",
-         bool: "true or false", (int, float): "a number"}
-NUMBER = (int, float)
 
 
 @dataclass
@@ -100,31 +95,13 @@ class Study:
 
 def read_study(path):
     """The study of a file; `ResultsError` with all its faults."""
-    try:
-        with open(path, "rb") as file:
-            source = tomllib.load(file)
-    except OSError as fault:
-        raise ResultsError(f"there is no study '{path}': {fault.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise ResultsError(f"{path}: not TOML: {fault}") from None
-    reader = Reader(path)
-    study = reader.study(source)
-    if reader.faults:
-        raise ResultsError("\n".join(reader.faults))
-    return study
+    return read_toml(path, "study", Reader)
 
 
-class Reader:
+class Reader(TomlReader):
     """Takes the tables of a study apart and notes what is wrong."""
 
-    def __init__(self, path):
-        self.path = path
-        self.faults = []
-
-    def fault(self, key, found, expected):
-        self.faults.append(f"{self.path}: {key}: found {found}; expected {expected}")
-
-    def study(self, source):
+    def take(self, source):
         source = self.known(source, KEYS, "")
         for key in REQUIRED:
             if key not in source:
@@ -149,22 +126,6 @@ class Reader:
         if not self.faults:
             self.check_names(study)
         return study
-
-    def known(self, table, keys, where):
-        """The entries that are known and of the right kind; the others are faults."""
-        good = {}
-        for key, value in table.items():
-            place = f"{where}.{key}" if where else key
-            if key not in keys:
-                near = difflib.get_close_matches(key, keys, 1, 0.5)
-                hint = f"; did you mean {near[0]}?" if near else ""
-                self.fault(place, "an unknown key", f"one of {', '.join(keys)}{hint}")
-            elif not isinstance(value, keys[key]) or (isinstance(value, bool)
-                                                      and keys[key] is not bool):
-                self.fault(place, repr(value), KINDS[keys[key]])
-            else:
-                good[key] = value
-        return good
 
     def file(self, name, key):
         if name is None:
@@ -268,10 +229,8 @@ class Reader:
         drawn = [study.plot.get("colour"), study.plot.get("marker"), *study.plot.get("label", [])]
         for name in filter(None, [*drawn, *study.default]):
             if name not in names:
-                near = difflib.get_close_matches(str(name), names, 1, 0.5)
-                hint = f"; did you mean {near[0]}?" if near else ""
                 self.fault("default" if name in study.default else "plot", f"'{name}'",
-                           f"a parameter of the runs: {', '.join(names)}{hint}")
+                           f"a parameter of the runs: {', '.join(names)}{hint(name, names)}")
         if not study.limits:
             self.fault("limits", "no measure", f"at least one of {', '.join(MEASURES)}")
         for name in study.limits:
