@@ -11,7 +11,7 @@ module outline
   private
 
   public :: new_region, add_polygon, join_regions, cut_cells, is_inside, inside_distance, &
-            signed_area, cut_to_box
+            signed_area, cut_to_box, share_along
 
   integer, parameter, public :: n_moments = 6     !! of 1, x, y, x^2, x y, y^2
 
@@ -330,11 +330,20 @@ contains
       end if
       a = (corners(:, j) - place)*scale
       b = (corners(:, i) - corners(:, j))*scale
-      t = min(max(-dot_product(a, b)/max(dot_product(b, b), tiny(t)), 0.0_wp), 1.0_wp)
+      t = share_along(-a, b)
       nearest = min(nearest, sum((a + t*b)**2))
       j = i
     end do
   end function polygon_gap
+
+  !> Where a segment is nearest to a place, 0 at its first end and 1 at the other.
+  pure real(wp) function share_along(way, segment) result(share)
+    real(wp), intent(in) :: way(2)          !! from the first end to the place
+    real(wp), intent(in) :: segment(2)      !! from end to end
+
+    share = dot_product(way, segment)/max(dot_product(segment, segment), tiny(share))
+    share = min(max(share, 0.0_wp), 1.0_wp)
+  end function share_along
 
   !> Do both ends of a segment lie on or beyond the same bound of a sheet?
   pure logical function runs_along(bounds, first, second)

@@ -4,7 +4,7 @@ module outline_slits
   use kinds, only: wp
   use knot_vector, only: knot_vector_t, breaks, span_table
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
-  use outline, only: region_t
+  use outline, only: region_t, share_along
   use region_parts, only: region_parts_t, find_parts
   implicit none
   private
@@ -255,8 +255,7 @@ contains
 
     along = (segment(3:) - segment(:2))/lengths
     way = (place - segment(:2))/lengths
-    t = dot_product(way, along)/max(dot_product(along, along), tiny(t))
-    t = min(max(t, 0.0_wp), 1.0_wp)
+    t = share_along(way, along)
     distance = norm2(way - t*along)
     nearest = segment(:2) + t*(segment(3:) - segment(:2))
   end subroutine drop

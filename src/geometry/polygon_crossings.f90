@@ -5,7 +5,7 @@
 module polygon_crossings
   use kinds, only: wp
   use linear_algebra, only: sorted_order
-  use outline, only: polygon_t
+  use outline, only: polygon_t, share_along
   implicit none
   private
 
@@ -158,8 +158,7 @@ contains
     real(wp) :: d(2), t
 
     d = segment(3:) - segment(:2)
-    t = dot_product(x - segment(:2), d)/max(dot_product(d, d), tiny(t))
-    t = min(max(t, 0.0_wp), 1.0_wp)
+    t = share_along(x - segment(:2), d)
     nearest = segment(:2) + t*d
     way = t*norm2(d)
   end subroutine drop

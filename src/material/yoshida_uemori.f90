@@ -33,7 +33,7 @@ module yoshida_uemori
   use law_spec, only: law_spec_t
   use constant_check, only: check_count, check_finite, require
   use block_law, only: block_law_t, set_elastic
-  use plane_return, only: plane_back_stresses
+  use plane_return, only: plane_back_stresses, add_plane_back_stresses
   use plane_stress, only: plane_trial, flow_in_plane, mode_moduli
   use row_functions, only: exp_row
   use tensor_rotation, only: rotate_all_by_spin
@@ -363,7 +363,7 @@ contains
         modes(:, c) = fraction*modes(:, c)
       end do
       call flow_in_plane(n, self%bulk, self%shear, modes, stress, through)
-      call add_modes(n, old, back, state(:, at_theta:))
+      call add_plane_back_stresses(n, 3, back - old, state(:, at_theta:))
     end if
     if (self%modulus_loss > 0.0_wp) through = through/fraction
   end subroutine update_plane
@@ -391,28 +391,6 @@ contains
       end do
     end do
   end subroutine rotate_modes
-
-  !> Add the changes of modes to the tensors, see `plane_back_stresses`.
-  pure subroutine add_modes(n, old, new, tensors)
-    integer, intent(in) :: n
-    real(wp), intent(in), dimension(n, 3, 3) :: old, new
-    real(wp), intent(inout) :: tensors(n, 6, 3)
-    real(wp), parameter :: per_root3 = 1.0_wp/sqrt(3.0_wp)
-    real(wp) :: mean, half
-    integer :: k, l
-
-    do k = 1, 3
-      !$omp simd private(mean, half)
-      do l = 1, n
-        mean = (1.0_wp/3.0_wp)*(new(l, 1, k) - old(l, 1, k))
-        half = per_root3*(new(l, 2, k) - old(l, 2, k))
-        tensors(l, 1, k) = tensors(l, 1, k) + (mean + half)
-        tensors(l, 2, k) = tensors(l, 2, k) + (mean - half)
-        tensors(l, 3, k) = tensors(l, 3, k) - 2.0_wp*mean
-        tensors(l, 4, k) = tensors(l, 4, k) + per_root3*(new(l, 3, k) - old(l, 3, k))
-      end do
-    end do
-  end subroutine add_modes
 
   !> Return of a row in plane stress.
   pure subroutine return_in_sheet(self, n, fraction, modes, back, scalars, ok)
