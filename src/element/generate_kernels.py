@@ -41,7 +41,7 @@ STATE = ["patch%stress(1, 1, 1, 1, block%number)", "patch%state(1, 1, 1, 1, bloc
          "patch%push(1, 1, 1, min(block%number, size(patch%push, 4)))"]
 COUNTS = ["p(1)", "p(2)", "p(3)", "q(1)", "q(2)", "q(3)"]
 SHELL_COUNTS = ["p(1)", "p(2)", "q(1)", "q(2)", "q(3)"]
-# Only to instances with weights, with context, and without weights from the fields of the patch:
+# Only to instances with weights, with context, and those that take the fields of the patch:
 RATIONAL = ["patch%rational(1, 1, 1, 1, block%number)"]
 REFERENCE = ["patch%has_gradients",
              "patch%reference(1, 1, 1, 1, min(block%number, size(patch%reference, 5)))"]
@@ -129,14 +129,17 @@ def wrapped(head, items, tail):
 
 
 def solid_arguments(is_fixed, is_rational):
-    direct = ["is_direct", *FIELDS] if is_fixed and not is_rational else []
-    return force_arguments(is_rational, direct, [*AXIS_1, *AXIS_2])
+    return force_arguments(is_rational, direct_arguments(is_fixed, is_rational),
+                           [*AXIS_1, *AXIS_2])
 
 
 def context_force_arguments(is_fixed, is_rational):
-    direct = ["is_direct", *FIELDS] if is_fixed and not is_rational else []
-    return force_arguments(is_rational, direct, [*AXIS_1, *AXIS_2],
-                           [*REFERENCE, "given", "context"])
+    return force_arguments(is_rational, direct_arguments(is_fixed, is_rational),
+                           [*AXIS_1, *AXIS_2], [*REFERENCE, "given", "context"])
+
+
+def direct_arguments(is_fixed, is_rational):
+    return ["is_direct", *FIELDS, *["w"]*is_rational] if is_fixed else []
 
 
 def cut_solid_arguments(_, is_rational):

@@ -67,13 +67,14 @@ contains
   end function kernel_name
 
   !> Stress update and forces of a block.
-  subroutine run_kernel(patch, law, block, dt, is_direct, x, v, u, f, sums, ok)
+  subroutine run_kernel(patch, law, block, dt, is_direct, x, v, w, u, f, sums, ok)
     type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
     logical, intent(in) :: is_direct                    !! only where `takes_fields`
     real(wp), intent(in) :: x(*), v(*)                  !! fields of the patch
+    real(wp), intent(in) :: w(*)                        !! weights of the block, if rational
     real(wp), intent(in) :: u(*)                        !! from gather_motion, unless direct
     real(wp), intent(inout) :: f(*)                     !! internal forces of the block
     real(wp), intent(out) :: sums(n_lanes, 4)           !! see block_forces
@@ -102,13 +103,13 @@ contains
 
   !> The same with the context of the points for the law, which rotates no stress itself; of a block
   !! that no outline cuts.
-  subroutine run_context_kernel(patch, law, block, dt, is_direct, x, v, u, context, f, sums, ok)
+  subroutine run_context_kernel(patch, law, block, dt, is_direct, x, v, w, u, context, f, sums, ok)
     type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
     logical, intent(in) :: is_direct
-    real(wp), intent(in) :: x(*), v(*), u(*)
+    real(wp), intent(in) :: x(*), v(*), w(*), u(*)
     type(point_context_t), intent(inout) :: context     !! of a row, from `set_lanes`
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
@@ -131,13 +132,13 @@ contains
   end subroutine run_context_kernel
 
   !> Does the kernel take positions and velocities of a block straight from the fields of the patch,
-  !! not gathered? The tuned ones without weights do, where the control points of lanes follow each
-  !! other, but not those of elements that an outline cuts.
+  !! not gathered? The tuned ones do, where the control points of lanes follow each other, but not
+  !! those of elements that an outline cuts.
   pure logical function takes_fields(patch, block)
     type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
 
-    takes_fields = patch%kernel <= 2*size(tuned_rules, 2) .and. .not. patch%is_rational &
+    takes_fields = patch%kernel <= 2*size(tuned_rules, 2) &
                    .and. patch%lanes%is_contiguous(block%b) .and. cut_number(patch, block) == 0
   end function takes_fields
 

@@ -383,7 +383,7 @@ contains
     real(wp) :: sums(n_lanes, 4)
     logical :: ok
 
-    call run_kernel(self%patch, law, block, dt, .false., u, u, u, f, sums, ok)
+    call run_kernel(self%patch, law, block, dt, .false., u, u, u, u, f, sums, ok)
   end subroutine try_block
 
   !> The state of the points as it was before.

@@ -113,12 +113,17 @@ contains
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       is_direct = takes_fields(patch, block)
-      if (.not. is_direct) call gather_motion(patch, block, dt, x, v, u, w)
+      if (.not. is_direct) then
+        call gather_motion(patch, block, dt, x, v, u, w)
+      else if (patch%is_rational) then
+        call gather_weights(patch, block, w)
+      end if
       if (patch%has_context) then
         call set_lanes(patch, [block], context)
-        call run_context_kernel(patch, law, block, dt, is_direct, x, v, u, context, f, sums, ok)
+        call run_context_kernel(patch, law, block, dt, is_direct, x, v, w, u, context, f, sums, &
+                                ok)
       else
-        call run_kernel(patch, law, block, dt, is_direct, x, v, u, f, sums, ok)
+        call run_kernel(patch, law, block, dt, is_direct, x, v, w, u, f, sums, ok)
       end if
       call add_forces(patch, tile, block, w, f, force, border)
       call add_report(report, sums, ok, block)
