@@ -150,7 +150,7 @@ contains
     is_plane = is_sheet_function(spec%plasticity%potential)
     if (is_plane) then
       call new_sheet_function(spec%plasticity%potential, spec%plasticity%coefficients, plane, error)
-      if (.not. allocated(error)) call check_sheet(spec, back, error)
+      if (.not. allocated(error)) call check_sheet(spec, error)
     else
       call new_yield_function(spec%plasticity%potential, spec%plasticity%coefficients, yield, error)
     end if
@@ -167,7 +167,7 @@ contains
     if (blames(error, "*ORIENTATION")) return
     if (is_plane) then
       allocate (law, source=new_sheet_plastic(spec%density, spec%young, spec%poisson, curve, &
-                                              plane, axes))
+                                              back, plane, axes))
     else
       allocate (law, source=new_anisotropic_plastic(spec%density, spec%young, spec%poisson, curve, &
                                                     yield, back, axes, spec%plasticity%n_stages))
@@ -175,9 +175,8 @@ contains
   end subroutine new_anisotropic
 
   !> What a yield function for plane stress cannot be combined with.
-  subroutine check_sheet(spec, back, error)
+  subroutine check_sheet(spec, error)
     type(law_spec_t), intent(in) :: spec
-    type(back_stresses_t), intent(in) :: back
     type(error_t), allocatable, intent(inout) :: error
     character(:), allocatable :: name
 
@@ -186,8 +185,6 @@ contains
                  "ELEMENT=SHELL) and *MATERIAL TEST, STRESS STATE=PLANE STRESS; solids take "// &
                  "HILL48, YLD91 or YLD2004", error)
     if (blames(error, "*POTENTIAL")) return
-    call require(back%n == 0, name//" takes no *BACK STRESS; HILL48, YLD91 and YLD2004 do", error)
-    if (blames(error, "*BACK STRESS")) return
     call require(spec%plasticity%n_stages == 0, name//" takes no STRESS UPDATE=MULTISTAGE", error)
     if (allocated(error)) error%keyword = "*PLASTIC"
   end subroutine check_sheet

@@ -11,27 +11,39 @@
 !! increment, with the plastic strain of the tangent plane there, which is never too much: under
 !! continued loading one or two steps are left. Where it does not converge, residual levels that
 !! fall to zero lead there (J. W. Yoon, D. Y. Yang and K. Chung, CMAME 174 (1999)).
+!!
+!! With back stresses the stress in the yield function is the relative one. Its trial stress, its
+!! moduli and so its metric change with the plastic strain, which fades the back stresses.
 module plane_yield_return
   use kinds, only: wp
   use deviator_lanes, only: lanes
   use flow_curve, only: flow_curve_t, flow_after, is_rough, is_steep
+  use hardening, only: back_stresses_t
   use consistency, only: solve_consistency
   use plane_yield, only: plane_yield_t, evaluate_plane_yield, slope_in_plane, excess_in_plane
   implicit none
   private
 
-  public :: return_in_plane
+  public :: new_plane_problem, return_in_plane
 
-  !> What stays the same during the return.
+  !> The points before the return, and what of them moves with it. Without back stresses nothing
+  !! but the outset does.
   type, public :: plane_problem_t
     real(wp) :: eqps(lanes), factor(lanes)      !! before the increment; factor on the flow stress
     real(wp) :: flow(lanes), slope(lanes)       !! flow stress and slope there
     real(wp) :: guess(lanes)                    !! of the plastic strain, see `begin_at`
-    real(wp) :: trial(lanes, 3)                 !! stress
+    real(wp) :: whole(lanes, 3)                 !! trial stress; with back stresses only
+    real(wp) :: trial(lanes, 3)                 !! the same, less the back stresses that are left
     real(wp) :: outset(lanes, 3)                !! stress whose direction is the start
     real(wp) :: stiffness                       !! [stress]
-    real(wp) :: moduli(4), metric(4)            !! M [stress] and B, 11, 12, 22 and 33
+    real(wp) :: moduli(4)                       !! M of the stress [stress]: 11, 12, 22 and 33
+    real(wp) :: modes(4)                        !! the same of a plastic modulus of 1, see `modulus`
+    real(wp) :: metric(lanes, 4)                !! B
     real(wp) :: dt                              !! [time]
+    real(wp) :: modulus(lanes)                  !! plastic modulus of the back stresses [stress]
+    real(wp) :: fading(lanes, 3), fading_modulus(lanes)   !! slopes of `trial` and `modulus`
+    real(wp) :: pull(lanes, 3)                  !! slope of the residual of the strain that fading
+                                                !! adds [stress]
   end type plane_problem_t
 
   !> State of the iteration: stress, plastic strain, and what follows from them.
@@ -61,10 +73,101 @@ module plane_yield_return
 
 contains
 
+  !> A problem without points, from the elastic moduli.
+  pure function new_plane_problem(stiffness, moduli, modes) result(problem)
+    real(wp), intent(in) :: stiffness, moduli(4), modes(4)   !! see `plane_problem_t`
+    type(plane_problem_t) :: problem
+
+    problem%stiffness = stiffness
+    problem%moduli = moduli
+    problem%modes = modes
+    problem%modulus = 0.0_wp
+    problem%fading = 0.0_wp
+    problem%fading_modulus = 0.0_wp
+    problem%pull = 0.0_wp
+    call set_metric(problem)
+  end function new_plane_problem
+
+  !> The metric of the moduli with those of back stresses.
+  pure subroutine set_metric(problem)
+    type(plane_problem_t), intent(inout) :: problem
+    real(wp) :: m1, m2, m3, per
+    integer :: l
+
+    associate (m => problem%moduli, n => problem%modes, h => problem%modulus)
+      !$omp simd private(m1, m2, m3, per)
+      do l = 1, lanes
+        m1 = m(1) + h(l)*n(1)
+        m2 = m(2) + h(l)*n(2)
+        m3 = m(3) + h(l)*n(3)
+        per = problem%stiffness/(m1*m3 - m2*m2)
+        problem%metric(l, 1) = per*m3
+        problem%metric(l, 2) = -per*m2
+        problem%metric(l, 3) = per*m1
+        problem%metric(l, 4) = problem%stiffness/(m(4) + h(l)*n(4))
+      end do
+    end associate
+  end subroutine set_metric
+
+  !> The trial stress less the back stresses, their plastic modulus, and the slopes of both, with a
+  !! plastic strain that has faded the back stresses.
+  pure subroutine move_trial(kinematic, back, dgamma, problem)
+    type(back_stresses_t), intent(in) :: kinematic
+    real(wp), intent(in) :: back(lanes, 3, kinematic%n), dgamma(lanes)
+    type(plane_problem_t), intent(inout) :: problem
+    real(wp) :: left(lanes)
+    integer :: i, k
+
+    problem%trial = problem%whole
+    problem%modulus = 0.0_wp
+    problem%fading = 0.0_wp
+    problem%fading_modulus = 0.0_wp
+    do k = 1, kinematic%n
+      associate (c => kinematic%modulus(k), gamma => kinematic%recall(k))
+        left = 1.0_wp/(1.0_wp + gamma*dgamma)
+        problem%modulus = problem%modulus + c*left
+        problem%fading_modulus = problem%fading_modulus - gamma*c*left**2
+        do i = 1, 3
+          problem%trial(:, i) = problem%trial(:, i) - left*back(:, i, k)
+          problem%fading(:, i) = problem%fading(:, i) + gamma*left**2*back(:, i, k)
+        end do
+      end associate
+    end do
+    call set_metric(problem)
+  end subroutine move_trial
+
+  !> How the residual of the strain changes as the back stresses fade, see `find_step`.
+  pure subroutine find_pull(now, problem)
+    type(iterate_t), intent(in) :: now
+    type(plane_problem_t), intent(inout) :: problem
+    real(wp) :: y1, y2, y3, z1, z2, z3, per
+    integer :: l
+
+    associate (b => problem%metric, n => problem%modes, s => now%stress, t => problem%trial)
+      !$omp simd private(y1, y2, y3, z1, z2, z3, per)
+      do l = 1, lanes
+        z1 = s(l, 1) - t(l, 1)
+        z2 = s(l, 2) - t(l, 2)
+        y1 = b(l, 1)*z1 + b(l, 2)*z2
+        y2 = b(l, 2)*z1 + b(l, 3)*z2
+        y3 = b(l, 4)*(s(l, 3) - t(l, 3))
+        per = problem%fading_modulus(l)/problem%stiffness
+        z1 = problem%fading(l, 1) + per*(n(1)*y1 + n(2)*y2)
+        z2 = problem%fading(l, 2) + per*(n(2)*y1 + n(3)*y2)
+        z3 = problem%fading(l, 3) + per*n(4)*y3
+        problem%pull(l, 1) = -(b(l, 1)*z1 + b(l, 2)*z2)
+        problem%pull(l, 2) = -(b(l, 2)*z1 + b(l, 3)*z2)
+        problem%pull(l, 3) = -b(l, 4)*z3
+      end do
+    end associate
+  end subroutine find_pull
+
   !> Plastic flow of the points that do; the others keep zeros.
-  pure subroutine return_in_plane(curve, yield, problem, overstress, dgamma, ok)
+  pure subroutine return_in_plane(curve, yield, kinematic, back, problem, overstress, dgamma, ok)
     type(flow_curve_t), intent(in) :: curve
     type(plane_yield_t), intent(in) :: yield
+    type(back_stresses_t), intent(in) :: kinematic
+    real(wp), intent(in) :: back(lanes, 3, kinematic%n)
     type(plane_problem_t), intent(inout) :: problem
     real(wp), intent(out) :: overstress(lanes, 3)      !! by which the trial stress falls
     real(wp), intent(out) :: dgamma(lanes)
@@ -76,38 +179,65 @@ contains
 
     overstress = 0.0_wp
     dgamma = 0.0_wp
+    if (kinematic%n > 0) then
+      problem%whole = problem%trial
+      call move_trial(kinematic, back, dgamma, problem)
+      problem%outset = problem%outset - sum(back, 3)
+    end if
     call find_flowing(yield, problem, now, left, reach, resistance, ok)
     if (.not. (ok .and. sum(left) > 0.0_wp)) return
     call find_poor(problem, now, reach, left, good)
-    call start(curve, yield, problem, 1, good, reach, resistance, level, first, now)
-    call climb(curve, yield, problem, left, now, ok)
-    if (ok) call keep(left, problem%trial, now, overstress, dgamma)
+    call start(curve, yield, kinematic, back, problem, 1, good, reach, resistance, level, first, &
+               now)
+    call climb(curve, yield, kinematic, back, problem, left, now, ok)
+    if (ok) call keep(kinematic, back, left, problem, now, overstress, dgamma)
     do attempt = 1, size(counts)
       if (ok) exit
       good = left
       do i = 1, counts(attempt)
         if (i == 1) then
-          call start(curve, yield, problem, counts(attempt), left, reach, resistance, level, &
-                     first, now)
+          call start(curve, yield, kinematic, back, problem, counts(attempt), left, reach, &
+                     resistance, level, first, now)
         else
           level = level_at(i, counts(attempt), first, problem%flow)
-          call evaluate(curve, yield, problem, level, .true., now)
+          call evaluate(curve, yield, kinematic, back, problem, level, .true., now)
         end if
-        call iterate(curve, yield, problem, level, good, now)
+        call iterate(curve, yield, kinematic, back, problem, level, good, now)
       end do
-      call keep(good, problem%trial, now, overstress, dgamma)
+      call keep(kinematic, back, good, problem, now, overstress, dgamma)
       left = left*(1.0_wp - good)
       ok = .not. sum(left) > 0.0_wp
     end do
   end subroutine return_in_plane
 
-  !> Keep what some points have come to.
-  pure subroutine keep(good, trial, now, overstress, dgamma)
-    real(wp), intent(in) :: good(lanes), trial(lanes, 3)
+  !> Keep what some points have come to: the plastic strain, and by how much it lets the stress
+  !! fall, M/k times what it does in the metric.
+  pure subroutine keep(kinematic, back, good, problem, now, overstress, dgamma)
+    type(back_stresses_t), intent(in) :: kinematic
+    real(wp), intent(in) :: back(lanes, 3, kinematic%n), good(lanes)
+    type(plane_problem_t), intent(inout) :: problem
     type(iterate_t), intent(in) :: now
     real(wp), intent(inout) :: overstress(lanes, 3), dgamma(lanes)
+    real(wp) :: fall(lanes, 3), z1, z2, y1, y2, per
     integer :: i, l
 
+    if (kinematic%n > 0) call move_trial(kinematic, back, now%dgamma, problem)
+    fall = problem%trial - now%stress
+    if (kinematic%n > 0) then
+      per = 1.0_wp/problem%stiffness
+      associate (m => problem%moduli, b => problem%metric)
+        !$omp simd private(z1, z2, y1, y2)
+        do l = 1, lanes
+          z1 = per*fall(l, 1)
+          z2 = per*fall(l, 2)
+          y1 = b(l, 1)*z1 + b(l, 2)*z2
+          y2 = b(l, 2)*z1 + b(l, 3)*z2
+          fall(l, 1) = m(1)*y1 + m(2)*y2
+          fall(l, 2) = m(2)*y1 + m(3)*y2
+          fall(l, 3) = m(4)*b(l, 4)*(per*fall(l, 3))
+        end do
+      end associate
+    end if
     !$omp simd
     do l = 1, lanes
       dgamma(l) = merge(now%dgamma(l), dgamma(l), good(l) > 0.5_wp)
@@ -115,8 +245,7 @@ contains
     do i = 1, 3
       !$omp simd
       do l = 1, lanes
-        overstress(l, i) = merge(trial(l, i) - now%stress(l, i), overstress(l, i), &
-                                 good(l) > 0.5_wp)
+        overstress(l, i) = merge(fall(l, i), overstress(l, i), good(l) > 0.5_wp)
       end do
     end do
   end subroutine keep
@@ -203,21 +332,28 @@ contains
     real(wp), parameter :: least = 1.0e-3_wp     ! of the stiffness, where there is no gradient
     integer :: l
 
-    associate (t => problem%trial, m => problem%moduli)
+    associate (t => problem%trial, m => problem%moduli, n => problem%modes, &
+               h => problem%modulus, fade => problem%fading)
       !$omp simd
       do l = 1, lanes
         reach(l) = g(l, 1)*t(l, 1) + g(l, 2)*t(l, 2) + g(l, 3)*t(l, 3)
-        resistance(l) = max(m(1)*g(l, 1)**2 + 2.0_wp*m(2)*g(l, 1)*g(l, 2) + m(3)*g(l, 2)**2 &
-                            + m(4)*g(l, 3)**2, least*problem%stiffness)
+        resistance(l) = (m(1) + h(l)*n(1))*g(l, 1)**2 &
+                        + 2.0_wp*(m(2) + h(l)*n(2))*g(l, 1)*g(l, 2) &
+                        + (m(3) + h(l)*n(3))*g(l, 2)**2 + (m(4) + h(l)*n(4))*g(l, 3)**2 &
+                        - (g(l, 1)*fade(l, 1) + g(l, 2)*fade(l, 2) + g(l, 3)*fade(l, 3))
+        resistance(l) = max(resistance(l), least*problem%stiffness)
       end do
     end associate
   end subroutine look_ahead
 
   !> Start at the yield surface, raised by a level, in the direction of the stress at the outset; in
   !! that of the trial stress where the tangent plane at the outset says little.
-  pure subroutine start(curve, yield, problem, n_levels, poor, reach, resistance, level, first, now)
+  pure subroutine start(curve, yield, kinematic, back, problem, n_levels, poor, reach, resistance, &
+                        level, first, now)
     type(flow_curve_t), intent(in) :: curve
     type(plane_yield_t), intent(in) :: yield
+    type(back_stresses_t), intent(in) :: kinematic
+    real(wp), intent(in) :: back(lanes, 3, kinematic%n)
     type(plane_problem_t), intent(inout) :: problem
     integer, intent(in) :: n_levels
     real(wp), intent(in) :: poor(lanes)          !! 1: from the trial stress
@@ -229,6 +365,8 @@ contains
     logical :: ok
     integer :: i, l
 
+    if (n_levels > 1 .and. kinematic%n > 0) &
+      call move_trial(kinematic, back, 0.0_wp*now%dgamma, problem)
     if (sum(poor) > 0.0_wp) then
       do i = 1, 3
         !$omp simd
@@ -258,6 +396,7 @@ contains
     call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, problem%flow, &
                     now%dgamma, now%flow, now%slope, bend, far)
     call move_to_surface(problem%outset, level, now)
+    if (kinematic%n > 0) call move_trial(kinematic, back, now%dgamma, problem)
   end subroutine start
 
   !> Where a tangent plane covers less than two thirds of the way to the trial stress t. The rest is
@@ -305,10 +444,12 @@ contains
   end subroutine move_to_surface
 
   !> All at the stress and plastic strain of `now`, with second derivatives or without.
-  pure subroutine evaluate(curve, yield, problem, level, with_hessian, now)
+  pure subroutine evaluate(curve, yield, kinematic, back, problem, level, with_hessian, now)
     type(flow_curve_t), intent(in) :: curve
     type(plane_yield_t), intent(in) :: yield
-    type(plane_problem_t), intent(in) :: problem
+    type(back_stresses_t), intent(in) :: kinematic
+    real(wp), intent(in) :: back(lanes, 3, kinematic%n)
+    type(plane_problem_t), intent(inout) :: problem
     real(wp), intent(in) :: level(lanes)
     logical, intent(in) :: with_hessian
     type(iterate_t), intent(inout) :: now
@@ -317,6 +458,7 @@ contains
 
     call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, problem%flow, &
                     now%dgamma, now%flow, now%slope, bend, far)
+    if (kinematic%n > 0) call move_trial(kinematic, back, now%dgamma, problem)
     !$omp simd
     do l = 1, lanes
       near(l) = now%flow(l) + level(l)
@@ -344,10 +486,12 @@ contains
   !> Plain steps of Newton's method, without evaluation after the last one: what it leaves follows
   !! from the residual before it. Where two steps with one matrix are sure to be enough, the second
   !! takes it over. Gives up where the residuals do not fall fast.
-  pure subroutine climb(curve, yield, problem, flows, now, is_done)
+  pure subroutine climb(curve, yield, kinematic, back, problem, flows, now, is_done)
     type(flow_curve_t), intent(in) :: curve
     type(plane_yield_t), intent(in) :: yield
-    type(plane_problem_t), intent(in) :: problem
+    type(back_stresses_t), intent(in) :: kinematic
+    real(wp), intent(in) :: back(lanes, 3, kinematic%n)
+    type(plane_problem_t), intent(inout) :: problem
     real(wp), intent(in) :: flows(lanes)           !! 1: points to solve
     type(iterate_t), intent(inout) :: now
     logical, intent(out) :: is_done
@@ -368,6 +512,7 @@ contains
     is_done = .false.
     do i = 1, most_steps
       if (is_new) call invert(problem, now, step%inverse)
+      if (kinematic%n > 0) call find_pull(now, problem)
       call find_step(problem, level, now, step)
       call take_step(flows, step, now, square, least_strain)
       if (.not. (square <= least_fall*before .and. least_strain >= 0.0_wp)) return
@@ -376,7 +521,7 @@ contains
       ! The next residual is mostly less than a third of the square of this one.
       is_new = .not. is_new .or. square**3 > (3.0_wp*limit)**2
       before = square
-      call evaluate(curve, yield, problem, level, is_new, now)
+      call evaluate(curve, yield, kinematic, back, problem, level, is_new, now)
     end do
   end subroutine climb
 
@@ -403,10 +548,12 @@ contains
   end subroutine take_step
 
   !> Newton's method with a line search on the sum of the squared residuals, down to `level`.
-  pure subroutine iterate(curve, yield, problem, level, good, now)
+  pure subroutine iterate(curve, yield, kinematic, back, problem, level, good, now)
     type(flow_curve_t), intent(in) :: curve
     type(plane_yield_t), intent(in) :: yield
-    type(plane_problem_t), intent(in) :: problem
+    type(back_stresses_t), intent(in) :: kinematic
+    real(wp), intent(in) :: back(lanes, 3, kinematic%n)
+    type(plane_problem_t), intent(inout) :: problem
     real(wp), intent(in) :: level(lanes)
     real(wp), intent(inout) :: good(lanes)        !! 1: points to solve, out those that converged
     type(iterate_t), intent(inout) :: now
@@ -424,10 +571,11 @@ contains
     search%open = good
     do evaluation = 1, most
       call invert(problem, now, step%inverse)
+      if (kinematic%n > 0) call find_pull(now, problem)
       call find_step(problem, level, now, step)
       call advance(limit, step, now, search)
       if (.not. sum(search%open) > 0.0_wp) exit
-      call evaluate(curve, yield, problem, level, .true., now)
+      call evaluate(curve, yield, kinematic, back, problem, level, .true., now)
     end do
     good = good*(1.0_wp - search%open)
   end subroutine iterate
@@ -445,12 +593,12 @@ contains
       !$omp simd private(c, a11, a12, a22, a13, a23, a33, b11, b12, b13, per)
       do l = 1, lanes
         c = problem%stiffness*now%dgamma(l)*now%size_ratio(l)
-        a11 = b(1) + c*h(l, 1)
-        a12 = b(2) + c*h(l, 2)
-        a22 = b(3) + c*h(l, 3)
+        a11 = b(l, 1) + c*h(l, 1)
+        a12 = b(l, 2) + c*h(l, 2)
+        a22 = b(l, 3) + c*h(l, 3)
         a13 = c*h(l, 4)
         a23 = c*h(l, 5)
-        a33 = b(4) + c*h(l, 6)
+        a33 = b(l, 4) + c*h(l, 6)
         b11 = a22*a33 - a23*a23
         b12 = a13*a23 - a12*a33
         b13 = a12*a23 - a13*a22
@@ -472,31 +620,36 @@ contains
     real(wp), intent(in) :: level(lanes)
     type(iterate_t), intent(in) :: now
     type(step_t), intent(inout) :: step
-    real(wp) :: k, f, x1, x2, x3, y1, y2, y3, g1, g2, g3
+    real(wp) :: k, f, x1, x2, x3, y1, y2, y3, z1, z2, z3, g1, g2, g3
     integer :: l
 
-    associate (a => step%inverse, s => now%stress, t => problem%trial, b => problem%metric)
-      !$omp simd private(k, f, x1, x2, x3, y1, y2, y3, g1, g2, g3)
+    associate (a => step%inverse, s => now%stress, t => problem%trial, b => problem%metric, &
+               pull => problem%pull)
+      !$omp simd private(k, f, x1, x2, x3, y1, y2, y3, z1, z2, z3, g1, g2, g3)
       do l = 1, lanes
         g1 = now%gradient(l, 1); g2 = now%gradient(l, 2); g3 = now%gradient(l, 3)
         k = problem%stiffness*now%dgamma(l)
         y1 = s(l, 1) - t(l, 1)
         y2 = s(l, 2) - t(l, 2)
-        x1 = b(1)*y1 + b(2)*y2 + k*g1
-        x2 = b(2)*y1 + b(3)*y2 + k*g2
-        x3 = b(4)*(s(l, 3) - t(l, 3)) + k*g3
+        x1 = b(l, 1)*y1 + b(l, 2)*y2 + k*g1
+        x2 = b(l, 2)*y1 + b(l, 3)*y2 + k*g2
+        x3 = b(l, 4)*(s(l, 3) - t(l, 3)) + k*g3
         f = now%q(l) - now%flow(l) - level(l)
         step%residual(l) = f*f + x1*x1 + x2*x2 + x3*x3
-        y1 = a(l, 1)*g1 + a(l, 2)*g2 + a(l, 4)*g3
-        y2 = a(l, 2)*g1 + a(l, 3)*g2 + a(l, 5)*g3
-        y3 = a(l, 4)*g1 + a(l, 5)*g2 + a(l, 6)*g3
-        ! The matrix is symmetric.
-        f = f - (y1*x1 + y2*x2 + y3*x3)
-        f = f/(problem%stiffness*(g1*y1 + g2*y2 + g3*y3) + now%slope(l))
-        k = problem%stiffness*f
-        step%change(l, 1) = -(a(l, 1)*x1 + a(l, 2)*x2 + a(l, 4)*x3 + k*y1)
-        step%change(l, 2) = -(a(l, 2)*x1 + a(l, 3)*x2 + a(l, 5)*x3 + k*y2)
-        step%change(l, 3) = -(a(l, 4)*x1 + a(l, 5)*x2 + a(l, 6)*x3 + k*y3)
+        y1 = a(l, 1)*x1 + a(l, 2)*x2 + a(l, 4)*x3
+        y2 = a(l, 2)*x1 + a(l, 3)*x2 + a(l, 5)*x3
+        y3 = a(l, 4)*x1 + a(l, 5)*x2 + a(l, 6)*x3
+        x1 = problem%stiffness*g1 + pull(l, 1)
+        x2 = problem%stiffness*g2 + pull(l, 2)
+        x3 = problem%stiffness*g3 + pull(l, 3)
+        z1 = a(l, 1)*x1 + a(l, 2)*x2 + a(l, 4)*x3
+        z2 = a(l, 2)*x1 + a(l, 3)*x2 + a(l, 5)*x3
+        z3 = a(l, 4)*x1 + a(l, 5)*x2 + a(l, 6)*x3
+        f = f - (g1*y1 + g2*y2 + g3*y3)
+        f = f/((g1*z1 + g2*z2 + g3*z3) + now%slope(l))
+        step%change(l, 1) = -(y1 + f*z1)
+        step%change(l, 2) = -(y2 + f*z2)
+        step%change(l, 3) = -(y3 + f*z3)
         step%change(l, 4) = f
       end do
     end associate

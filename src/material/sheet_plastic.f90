@@ -1,5 +1,5 @@
-!> Plasticity of a sheet in plane stress, with a yield function that is defined there alone. Its
-!! axes travel with the material.
+!> Plasticity of a sheet in plane stress, with a yield function that is defined there alone and with
+!! back stresses. Its axes travel with the material.
 module sheet_plastic
   use kinds, only: wp
   use block_law, only: set_elastic
@@ -8,7 +8,8 @@ module sheet_plastic
   use mises_plastic, only: mises_plastic_t, set_plastic, equivalent_strain
   use deviator_lanes, only: lanes, load_lanes, store_lanes
   use plane_yield, only: plane_yield_t, scaled_plane_yield, mises_bound_in_plane, own_stresses
-  use plane_yield_return, only: plane_problem_t, return_in_plane
+  use plane_yield_return, only: plane_problem_t, new_plane_problem, return_in_plane
+  use plane_return, only: plane_back_stresses, add_plane_back_stresses
   use plane_stress, only: plane_trial, mode_moduli, in_space
   use tensor_rotation, only: axes_in_sheet, turn_in_plane
   use row_functions, only: are_numbers
@@ -17,12 +18,13 @@ module sheet_plastic
 
   public :: new_sheet_plastic
 
-  !> Flow curve and heating are those of the law of von Mises. The state is the equivalent plastic
-  !! strain, that of work, the rotation of the axes since the start in four numbers (see
-  !! `tensor_rotation`), and with heating the temperature rise.
+  !> Flow curve, back stresses and heating are those of the law of von Mises. The state is the
+  !! equivalent plastic strain, that of work, the rotation of the axes since the start in four
+  !! numbers (see `tensor_rotation`), six components of each back stress in the axes of the
+  !! material, and with heating the temperature rise.
   type, extends(mises_plastic_t), public :: sheet_plastic_t
     type(plane_yield_t) :: yield      !! in its own stresses, see `own_stresses`
-    type(plane_problem_t) :: elastic  !! with their stiffness and moduli
+    type(plane_problem_t) :: elastic  !! with their stiffness and moduli, without points
     real(wp) :: forms(2, 2) = 0.0_wp, form = 1.0_wp     !! those of the modes of `plane_stress`
     real(wp) :: into(2, 2) = 0.0_wp, into_shear = 1.0_wp   !! by which the trial stress falls into
                                                            !! modes of the plastic strain
@@ -37,31 +39,31 @@ module sheet_plastic
 
 contains
 
-  !> Law from density, elastic constants, flow curve, yield function and axes at the start.
-  pure function new_sheet_plastic(density, young, poisson, curve, yield, axes) result(law)
+  !> Law from density, elastic constants, flow curve, back stresses, yield function and axes at the
+  !! start.
+  pure function new_sheet_plastic(density, young, poisson, curve, back, yield, axes) result(law)
     real(wp), intent(in) :: density, young, poisson
     type(flow_curve_t), intent(in) :: curve
+    type(back_stresses_t), intent(in) :: back
     type(plane_yield_t), intent(in) :: yield     !! of the stresses 11, 22 and 12
     real(wp), intent(in) :: axes(3, 3)
     type(sheet_plastic_t) :: law
-    type(back_stresses_t) :: none
     real(wp), parameter :: per = 1.0_wp/sqrt(3.0_wp)
     type(plane_yield_t) :: of_modes
-    real(wp) :: moduli(3), m(2, 2), determinant
+    real(wp) :: moduli(3), m(2, 2), n(2, 2), stiffness, determinant
 
     call set_elastic(law, density, young, poisson)
-    call set_plastic(law, curve, none, 0, 5)
+    call set_plastic(law, curve, back, 0, 5)
     of_modes = scaled_plane_yield(yield, reshape([1.0_wp, 1.0_wp, per, -per], [2, 2]), per)
     law%bound = mises_bound_in_plane(of_modes)
     call own_stresses(of_modes, law%yield, law%forms, law%form)
     moduli = mode_moduli(law%bulk, law%shear)
-    associate (t => law%forms, k => law%elastic%stiffness)
+    associate (t => law%forms)
       m = matmul(t*spread(moduli(:2), 1, 2), transpose(t))
-      determinant = m(1, 1)*m(2, 2) - m(1, 2)**2
-      k = moduli(2)*law%form**2
-      law%elastic%moduli = [m(1, 1), m(1, 2), m(2, 2), k]
-      law%elastic%metric = [k*m(2, 2)/determinant, -k*m(1, 2)/determinant, &
-                            k*m(1, 1)/determinant, 1.0_wp]
+      n = matmul(t, transpose(t))
+      stiffness = moduli(2)*law%form**2
+      law%elastic = new_plane_problem(stiffness, [m(1, 1), m(1, 2), m(2, 2), stiffness], &
+                                      [n(1, 1), n(1, 2), n(2, 2), law%form**2])
       determinant = t(1, 1)*t(2, 2) - t(1, 2)*t(2, 1)
       law%into = reshape([t(2, 2), -t(2, 1), -t(1, 2), t(1, 1)], [2, 2])/determinant
       law%into = law%into/spread(moduli(:2), 2, 2)
@@ -111,14 +113,16 @@ contains
     real(wp), intent(in) :: spin(n)
     real(wp), parameter :: most_tilt = 1.0e-9_wp   ! sine of the angle to the normal
     real(wp), dimension(n) :: flow, slope, bend, reach, factor, guess
-    real(wp) :: axis(n, 2), modes(n, 3), worst, tilt
+    type(plane_problem_t) :: problem
+    real(wp) :: axis(n, 2), modes(n, 3), back(n, 3, self%back%n), worst, tilt
     logical :: is_good
     integer :: first
 
     call turn_in_plane(n, self%axes, spin, state(:, 2:5), axis, tilt)
     call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp .and. tilt <= most_tilt**2
-    if (.not. ok .or. .not. (self%bound**2*worst > self%lowest**2 .or. self%is_awake)) return
+    if (.not. ok .or. .not. (self%bound**2*worst > self%lowest**2 .or. self%is_awake .or. &
+                             self%back%n > 0)) return
     factor = 1.0_wp
     if (self%curve%heating%is_active) &
       factor = thermal_factor(self%curve%heating, n, self%n_state, state)
@@ -128,26 +132,32 @@ contains
     call flow_at(self%curve, n, state(:, 1), factor, flow, slope, bend, reach)
     ok = are_numbers(n, flow)
     if (.not. ok) return
+    problem = self%elastic
+    problem%dt = dt
+    call plane_back_stresses(n, self%back%n, state(:, 6:), back)
     do first = 1, n, lanes
-      call return_points(self, n, first, dt, dstrain, axis, flow, slope, factor, guess, modes, &
-                         state, is_good)
+      call return_points(self, n, first, dstrain, axis, flow, slope, factor, guess, problem, &
+                         modes, back, state, is_good)
       ok = ok .and. is_good
     end do
+    call add_plane_back_stresses(n, self%back%n, back, state(:, 6:))
     call self%flow_plane(n, modes, stress, state, through)
   end subroutine update_plane
 
   !> Plastic strain of `lanes` points of a row, zero where none flows.
-  subroutine return_points(self, n, first, dt, dstrain, axis, flow, slope, factor, guess, modes, &
-                           state, ok)
+  subroutine return_points(self, n, first, dstrain, axis, flow, slope, factor, guess, problem, &
+                           modes, back, state, ok)
     class(sheet_plastic_t), intent(in) :: self
     integer, intent(in) :: n, first
-    real(wp), intent(in) :: dt, dstrain(n, 3), axis(n, 2)
+    real(wp), intent(in) :: dstrain(n, 3), axis(n, 2)
     real(wp), intent(in), dimension(n) :: flow, slope, factor, guess
+    type(plane_problem_t), intent(inout) :: problem
     real(wp), intent(inout) :: modes(n, 3)         !! of the trial stress, out of the plastic strain
+    real(wp), intent(inout) :: back(n, 3, self%back%n)   !! modes in the axes, out their change
     real(wp), intent(inout) :: state(n, self%n_state)
     logical, intent(out) :: ok
-    type(plane_problem_t) :: problem
     real(wp) :: turn(lanes, 2), mode(lanes, 3), strain(lanes, 3), fall(lanes, 3), dgamma(lanes)
+    real(wp) :: own(lanes, 3, self%back%n)
     integer :: l
 
     call load_lanes(n, first, 3, modes, mode)
@@ -155,20 +165,19 @@ contains
     dgamma = 0.0_wp
     fall = 0.0_wp
     ok = .true.
-    if (may_yield(self%bound, mode, problem%flow)) then
+    if (self%back%n > 0 .or. may_yield(self%bound, mode, problem%flow)) then
       call load_lanes(n, first, 2, axis, turn)
       call load_lanes(n, first, 3, dstrain, strain)
       call load_lanes(n, first, 1, state, problem%eqps)
       call load_lanes(n, first, 1, slope, problem%slope)
       call load_lanes(n, first, 1, factor, problem%factor)
       call load_lanes(n, first, 1, guess, problem%guess)
-      problem%stiffness = self%elastic%stiffness
-      problem%moduli = self%elastic%moduli
-      problem%metric = self%elastic%metric
-      problem%dt = dt
       call into_axes_in_sheet(self, turn, mode, strain, problem)
-      call return_in_plane(self%curve, self%yield, problem, fall, dgamma, ok)
-      call from_axes_in_sheet(self, turn, fall)
+      call load_back_stresses(self, n, first, back, own)
+      call return_in_plane(self%curve, self%yield, self%back, own, problem, fall, dgamma, ok)
+      call strain_in_axes(self, fall)
+      call move_back_stresses(self, n, first, fall, dgamma, back)
+      call from_axes_in_sheet(turn, fall)
       !$omp simd
       do l = 1, lanes
         problem%eqps(l) = problem%eqps(l) + dgamma(l)
@@ -229,26 +238,78 @@ contains
     end associate
   end subroutine into_axes_in_sheet
 
-  !> Plastic strain as modes in the frame, from that by which the own stresses fall.
-  pure subroutine from_axes_in_sheet(self, axis, fall)
+  !> Own stresses of the yield function from the modes of back stresses.
+  pure subroutine load_back_stresses(self, n, first, back, own)
     class(sheet_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: axis(lanes, 2)         !! as above
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: back(n, 3, self%back%n)
+    real(wp), intent(out) :: own(lanes, 3, self%back%n)
+    real(wp) :: mode(lanes, 3)
+    integer :: k
+
+    associate (t => self%forms)
+      do k = 1, self%back%n
+        call load_lanes(n, first, 3, back(:, :, k), mode)
+        own(:, 1, k) = t(1, 1)*mode(:, 1) + t(1, 2)*mode(:, 2)
+        own(:, 2, k) = t(2, 1)*mode(:, 1) + t(2, 2)*mode(:, 2)
+        own(:, 3, k) = self%form*mode(:, 3)
+      end do
+    end associate
+  end subroutine load_back_stresses
+
+  !> Changes of the back stresses by a plastic strain; zero, to the bit, without one.
+  pure subroutine move_back_stresses(self, n, first, strain, dgamma, back)
+    class(sheet_plastic_t), intent(in) :: self
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: strain(lanes, 3), dgamma(lanes)   !! modes in the axes
+    real(wp), intent(inout) :: back(n, 3, self%back%n)        !! out their change
+    real(wp) :: mode(lanes, 3)
+    integer :: i, k
+
+    do k = 1, self%back%n
+      associate (c => self%back%modulus(k), gamma => self%back%recall(k))
+        call load_lanes(n, first, 3, back(:, :, k), mode)
+        do i = 1, 3
+          mode(:, i) = (c*strain(:, i) - gamma*dgamma*mode(:, i))/(1.0_wp + gamma*dgamma)
+        end do
+        call store_lanes(n, first, 3, mode, back(:, :, k))
+      end associate
+    end do
+  end subroutine move_back_stresses
+
+  !> Plastic strain as modes in the axes of the material, from that by which the own stresses fall.
+  pure subroutine strain_in_axes(self, fall)
+    class(sheet_plastic_t), intent(in) :: self
     real(wp), intent(inout) :: fall(lanes, 3)
-    real(wp) :: cosine, sine, e2, e3
+    real(wp) :: first
     integer :: l
 
     associate (t => self%into)
-      !$omp simd private(cosine, sine, e2, e3)
+      !$omp simd private(first)
       do l = 1, lanes
-        cosine = axis(l, 1)**2 - axis(l, 2)**2
-        sine = 2.0_wp*axis(l, 1)*axis(l, 2)
-        e2 = t(2, 1)*fall(l, 1) + t(2, 2)*fall(l, 2)
-        e3 = self%into_shear*fall(l, 3)
-        fall(l, 1) = t(1, 1)*fall(l, 1) + t(1, 2)*fall(l, 2)
-        fall(l, 2) = cosine*e2 - sine*e3
-        fall(l, 3) = sine*e2 + cosine*e3
+        first = t(1, 1)*fall(l, 1) + t(1, 2)*fall(l, 2)
+        fall(l, 2) = t(2, 1)*fall(l, 1) + t(2, 2)*fall(l, 2)
+        fall(l, 1) = first
+        fall(l, 3) = self%into_shear*fall(l, 3)
       end do
     end associate
+  end subroutine strain_in_axes
+
+  !> From there to the frame.
+  pure subroutine from_axes_in_sheet(axis, strain)
+    real(wp), intent(in) :: axis(lanes, 2)         !! as above
+    real(wp), intent(inout) :: strain(lanes, 3)
+    real(wp) :: cosine, sine, second
+    integer :: l
+
+    !$omp simd private(cosine, sine, second)
+    do l = 1, lanes
+      cosine = axis(l, 1)**2 - axis(l, 2)**2
+      sine = 2.0_wp*axis(l, 1)*axis(l, 2)
+      second = cosine*strain(l, 2) - sine*strain(l, 3)
+      strain(l, 3) = sine*strain(l, 2) + cosine*strain(l, 3)
+      strain(l, 2) = second
+    end do
   end subroutine from_axes_in_sheet
 
 end module sheet_plastic
