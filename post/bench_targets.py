@@ -11,7 +11,8 @@ SHARES = {"3x3x3": 0.72, "2x2x3": 0.70, "2x2x2": 0.66}
 RATIONAL_SHARE = 0.55
 # The same with 2x2x3 points and other laws, all points flowing, over that with Voce.
 OVER_VOCE = {"table": 1.3, "swift": 1.4, "ludwik": 1.4, "cowper": 1.4, "johnson": 1.4,
-             "hill48": 1.7, "chaboche": 2.0, "yoshida": 3.0, "yld91": 4.0, "yld2004": 7.0}
+             "hill48": 1.7, "chaboche": 2.0, "yoshida": 3.0, "yld91": 4.0, "yld2000": 4.0,
+             "yld2004": 7.0}
 # Shells of degree 2 with six layers over other records of the same run.
 SHELL = "shell/p2/2x2/6/"
 SHELL_OVER = (("voce/plain", "force/p2/2x2x6/voce/plain/default", 0.55),
@@ -19,6 +20,7 @@ SHELL_OVER = (("voce/plain", "force/p2/2x2x6/voce/plain/default", 0.55),
               ("hill48/plain", SHELL + "voce/plain", 1.7),
               ("barlat89/plain", SHELL + "voce/plain", 2.0),
               ("yld2000/plain", SHELL + "voce/plain", 3.5),
+              ("yoshida/plain", SHELL + "voce/plain", 3.0),
               ("voce/rational", SHELL + "voce/plain", 1.5))
 OVER_PLAIN = 1.6       # weights over none
 OVER_TUNED = 3.0       # a point of the general routine over one of the instance for 3x3x3

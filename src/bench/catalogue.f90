@@ -73,9 +73,9 @@ contains
   !> Force routine by law; of a user's subroutine also its bare loop.
   subroutine add_laws(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
-    character(12), parameter :: laws(17) = [character(12) :: "elastic", "voce_elastic", "swift", &
+    character(12), parameter :: laws(18) = [character(12) :: "elastic", "voce_elastic", "swift", &
       "ludwik", "table", "cowper", "johnson", "stages", "neo_hooke", "chaboche", "yoshida", &
-      "hill48", "yld91", "yld2004", "umat_small", "umat_voce", "vumat_voce"]
+      "hill48", "yld91", "yld2000", "yld2004", "umat_small", "umat_voce", "vumat_voce"]
     type(user_case_t) :: bare
     integer :: i
 

@@ -67,7 +67,7 @@ contains
     type(nurbs_solid_t) :: solid
     real(wp) :: viscosity(2)
 
-    call new_bench_law(trim(self%law_name), self%law, error)
+    call new_bench_law(trim(self%law_name), self%is_shell, self%law, error)
     if (allocated(error)) return
     call bent_sheet(self, solid, error)
     if (allocated(error)) return
@@ -215,13 +215,15 @@ contains
   end function plastic_strain
 
   !> Law by its name in the names of records. Fails where a user's subroutine cannot be compiled.
-  subroutine new_bench_law(name, law, error)
+  subroutine new_bench_law(name, is_sheet, law, error)
     character(*), intent(in) :: name
+    logical, intent(in) :: is_sheet      !! for shells
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
     type(law_spec_t) :: spec
     integer :: i
 
+    spec%is_sheet = is_sheet
     spec%density = density
     spec%young = young
     spec%poisson = poisson
@@ -275,12 +277,10 @@ contains
       spec%plasticity%coefficients = al_2090
       spec%plasticity%orientation = rolling_direction
     case ("barlat89")
-      spec%is_sheet = .true.
       spec%plasticity%potential = "BARLAT89"
       spec%plasticity%coefficients = [1.8_wp, 1.5_wp, 2.2_wp, 6.0_wp]
       spec%plasticity%orientation = rolling_direction
     case ("yld2000")
-      spec%is_sheet = .true.
       spec%plasticity%potential = "YLD2000"
       spec%plasticity%coefficients = plane_2090
       spec%plasticity%orientation = rolling_direction

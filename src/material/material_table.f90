@@ -17,7 +17,7 @@ module material_table
   use anisotropic_plastic, only: new_anisotropic_plastic
   use yoshida_uemori, only: new_yoshida_uemori
   use plane_yield, only: plane_yield_t
-  use sheet_functions, only: is_sheet_function, new_sheet_function
+  use sheet_functions, only: is_sheet_function, is_for_sheets_alone, new_sheet_function
   use sheet_plastic, only: new_sheet_plastic
   implicit none
   private
@@ -147,7 +147,8 @@ contains
     real(wp) :: axes(3, 3)
     logical :: is_plane
 
-    is_plane = is_sheet_function(spec%plasticity%potential)
+    is_plane = is_for_sheets_alone(spec%plasticity%potential) .or. &
+               (spec%is_sheet .and. is_sheet_function(spec%plasticity%potential))
     if (is_plane) then
       call new_sheet_function(spec%plasticity%potential, spec%plasticity%coefficients, plane, error)
       if (.not. allocated(error)) call check_sheet(spec, error)
@@ -183,7 +184,7 @@ contains
     name = "material: the yield function "//trim(spec%plasticity%potential)
     call require(spec%is_sheet, name//" is defined in plane stress: for shells (*BLANK, "// &
                  "ELEMENT=SHELL) and *MATERIAL TEST, STRESS STATE=PLANE STRESS; solids take "// &
-                 "HILL48, YLD91 or YLD2004", error)
+                 "HILL48, YLD91, YLD2000 or YLD2004", error)
     if (blames(error, "*POTENTIAL")) return
     call require(spec%plasticity%n_stages == 0, name//" takes no STRESS UPDATE=MULTISTAGE", error)
     if (allocated(error)) error%keyword = "*PLASTIC"

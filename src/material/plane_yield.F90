@@ -24,7 +24,7 @@ module plane_yield
   private
 
   public :: new_plane_yield, scaled_plane_yield, mises_bound_in_plane, own_stresses, &
-            evaluate_plane_yield, slope_in_plane, excess_in_plane
+            evaluate_plane_yield, slope_in_plane, excess_in_plane, second_derivatives
 
   integer, parameter, public :: most_half = 50   !! half of the largest exponent
 
@@ -436,7 +436,7 @@ contains
     end associate
   end subroutine add_pair
 
-  !> Second derivatives of e.
+  !> Second derivatives of e by two Q, u and v.
   pure subroutine second_derivatives(yield, u, v, uu, uv, vv)
     type(plane_yield_t), intent(in) :: yield
     real(wp), intent(in) :: u(lanes), v(lanes)

@@ -14,19 +14,35 @@ module sheet_functions
   implicit none
   private
 
-  public :: is_sheet_function, new_sheet_function, barlat89_of_r_values
+  public :: is_sheet_function, is_for_sheets_alone, new_sheet_function, isotropic_shears, &
+            barlat89_of_r_values
 
-  character(*), parameter :: names(4) = [character(8) :: "BARLAT89", "YLD2000", "BBC2003", &
-                                         "BBC2005"]
+  character(*), parameter :: names(4) = [character(8) :: "BARLAT89", "BBC2003", "BBC2005", &
+                                         "YLD2000"]
 
 contains
 
-  !> Is it the name of a function for plane stress alone?
+  !> Is it the name of a function for plane stress?
   pure logical function is_sheet_function(name)
     character(*), intent(in) :: name
 
     is_sheet_function = any(names == name)
   end function is_sheet_function
+
+  !> One that has no form for solids?
+  pure logical function is_for_sheets_alone(name)
+    character(*), intent(in) :: name
+
+    is_for_sheets_alone = any(names(:3) == name)
+  end function is_for_sheets_alone
+
+  !> Factors of s12^2 in the squares of YLD2000 for a sheet that bears all shears alike.
+  pure function isotropic_shears(half) result(shears)
+    integer, intent(in) :: half              !! of the exponent
+    real(wp) :: shears(3)
+
+    shears = [0.0_wp, 1.0_wp, (2.0_wp*0.5_wp**(0.5_wp/half))**2]
+  end function isotropic_shears
 
   !> Function of this name: BARLAT89 (r_0, r_45, r_90, m or a, c, h, p, m), YLD2000 (alpha_1 to
   !! alpha_8, m), BBC2003 (a, M, N, P, Q, R, S, T, k) or BBC2005 (a, b, L, M, N, P, Q, R, k).

@@ -1,9 +1,9 @@
 !> Anisotropic yield functions in the axes of the material: equivalent stress and derivatives,
-!! `lanes` points at a time.
+!! `lanes` points at a time. Yld2000 is that of `space_yield`.
 !!
 !! Hill48: R. Hill, Proc. R. Soc. A 193 (1948).  Yld91: F. Barlat, D. J. Lege and J. C. Brem, Int.
 !! J. Plasticity 7 (1991).  Yld2004-18p: F. Barlat et al., Int. J. Plasticity 21 (2005), eq. (27).
-!! The last two share one form: the sum over i, j of |S'_i - S''_j|^m is 4 times the equivalent
+!! Yld91 and Yld2004 share one form: the sum over i, j of |S'_i - S''_j|^m is 4 times the equivalent
 !! stress to the power m, with the principal values of two linear transforms of the stress. For
 !! Yld91 both are the same. Even m go without principal values, for Yld2004 up to `most_of_two`.
 !! Axis 1 is the rolling direction, axis 3 the normal of the sheet.
@@ -19,12 +19,16 @@ module yield_function
   use invariant_yield, only: invariant_yield_t, transform_t, new_invariant_yield, &
                              evaluate_by_invariants, excess_by_invariants
   use principal_yield, only: principal_yield_t, evaluate_by_principal_values
+  use plane_yield, only: plane_yield_t
+  use sheet_functions, only: new_sheet_function, isotropic_shears
+  use space_yield, only: space_yield_t, new_space_yield, evaluate_in_space, excess_in_space, &
+                         bound_in_space
   implicit none
   private
 
   public :: new_yield_function, evaluate_yield, find_excess, mises_bound
 
-  integer, parameter, public :: quadratic = 1, principal = 2, by_invariants = 3
+  integer, parameter, public :: quadratic = 1, principal = 2, by_invariants = 3, by_squares = 4
 
   !> Of Hill's function: its square is the sum of the weights times the squares of modes, which are
   !! the shears and two combinations of the first two components.
@@ -40,6 +44,7 @@ module yield_function
     type(quadratic_t) :: hill
     type(principal_yield_t) :: values      !! of both other kinds
     type(invariant_yield_t) :: invariants
+    type(space_yield_t) :: squares
   end type yield_function_t
 
   real(wp), parameter :: root2 = sqrt(2.0_wp), root6 = sqrt(6.0_wp)
@@ -49,14 +54,15 @@ module yield_function
 
 contains
 
-  !> Yield function of this name: HILL48 (r_0, r_45, r_90), YLD91 (c_1 to c_6, m) or YLD2004
-  !! (c'12 c'13 c'21 c'23 c'31 c'32 c'44 c'55 c'66, the same of c'', m).
+  !> Yield function of this name: HILL48 (r_0, r_45, r_90), YLD91 (c_1 to c_6, m), YLD2000 (alpha_1
+  !! to alpha_8, m) or YLD2004 (c'12 c'13 c'21 c'23 c'31 c'32 c'44 c'55 c'66, the same of c'', m).
   pure subroutine new_yield_function(name, constants, yield, error)
     character(*), intent(in) :: name
     real(wp), intent(in) :: constants(:)
     type(yield_function_t), intent(out) :: yield
     type(error_t), allocatable, intent(out) :: error
     character(len(name) + 19) :: owner
+    type(plane_yield_t) :: plane
 
     call check_finite("constants of the yield function", constants, error)
     if (allocated(error)) return
@@ -71,6 +77,12 @@ contains
       yield%values%n_transforms = 1
       yield%values%transforms(:, :, 1) = yld91_transform(constants(:6))
       call set_exponent(constants(7), yield, error)
+    case ("YLD2000")
+      call new_sheet_function(name, constants, plane, error)
+      if (allocated(error)) return
+      yield%kind = by_squares
+      yield%values%exponent = 2*plane%half
+      yield%squares = new_space_yield(plane, isotropic_shears(plane%half))
     case ("YLD2004")
       call check_count(owner, constants, 19, "18 coefficients and the exponent", error)
       if (allocated(error)) return
@@ -80,8 +92,8 @@ contains
       call set_exponent(constants(19), yield, error)
     case default
       call fail(error, "material: unknown yield function "//trim(name)// &
-                ", known are HILL48, YLD91 and YLD2004, and in plane stress BARLAT89, "// &
-                "YLD2000, BBC2003 and BBC2005")
+                ", known are HILL48, YLD91, YLD2000 and YLD2004, and in plane stress "// &
+                "BARLAT89, BBC2003 and BBC2005")
     end select
   end subroutine new_yield_function
 
@@ -188,6 +200,9 @@ contains
     if (yield%kind == quadratic) then
       mises_bound = sqrt(2.0_wp/3.0_wp*maxval(yield%hill%weights))
       return
+    else if (yield%kind == by_squares) then
+      mises_bound = bound_in_space(yield%squares)
+      return
     end if
     associate (values => yield%values)
       do k = 1, values%n_transforms
@@ -211,6 +226,8 @@ contains
 
     if (yield%kind == by_invariants) then
       call excess_by_invariants(yield%invariants, stress, flow, excess)
+    else if (yield%kind == by_squares) then
+      call excess_in_space(yield%squares, stress, flow, excess)
     else
       do l = 1, lanes
         if (yield%kind == principal) &
@@ -237,6 +254,9 @@ contains
       return
     else if (yield%kind == quadratic) then
       call evaluate_hill(yield%hill, stress, q, gradient, hessian)
+      return
+    else if (yield%kind == by_squares) then
+      call evaluate_in_space(yield%squares, stress, q, gradient, hessian)
       return
     end if
     do l = 1, lanes

@@ -7,7 +7,7 @@ module law_setup
   use scene, only: material_spec_t, is_user_material, origin_of_part
   use block_law, only: block_law_t
   use material_table, only: new_law
-  use sheet_functions, only: is_sheet_function
+  use sheet_functions, only: is_for_sheets_alone
   use user_library, only: user_library_t
   use user_law, only: new_user_law
   implicit none
@@ -29,10 +29,10 @@ contains
     integer :: i, n_own
 
     if (.not. is_user_material(material)) then
-      if (is_sheet_function(material%plasticity%potential) .and. .not. material%is_sheet) then
+      if (is_for_sheets_alone(material%plasticity%potential) .and. .not. material%is_sheet) then
         call add_error(errors, origin_of_part(material, "*POTENTIAL"), "TYPE="// &
                        trim(material%plasticity%potential)//", a yield function of plane "// &
-                       "stress, for solids", "HILL48, YLD91 or YLD2004, or shells "// &
+                       "stress, for solids", "HILL48, YLD91, YLD2000 or YLD2004, or shells "// &
                        "(*BLANK, ELEMENT=SHELL; *MATERIAL TEST, STRESS STATE=PLANE STRESS)")
         return
       end if
