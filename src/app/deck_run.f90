@@ -35,7 +35,8 @@ module deck_run
   use run_state, only: run_t, wall_seconds
   use run_saver, only: saver_t, save_verified, drop_checkpoint
   use start_frame, only: fill_setup, write_start_frame
-  use run_start, only: new_saver, claim_files, start_run, saving_words, check_restart
+  use run_start, only: new_saver, claim_files, start_run, saving_words, &
+                       restart_lines, check_restart
   use forming_run, only: run_model, save_failed, first_steps
   use shell_offer, only: could_be_shells, shell_lines
   use check_report, only: print_check, print_forecast, source_lines, saving_lines, check_torsion, &
@@ -109,7 +110,10 @@ contains
       call print_lines(saving_lines(scene))
       if (is_for_shells) call print_lines(shell_lines(scene, outlook%set_up, seconds))
       call print_lines(source_lines(scene, model))
-      if (command%restart /= "") call check_restart(command, scene, model, error)
+      if (command%restart /= "") then
+        call check_restart(command, scene, model, lines, error)
+        call print_lines(lines)
+      end if
       if (allocated(error)) write (error_unit, "(a)") "igaform: "//error%message
       code = merge(exit_input, exit_done, allocated(error))
     else if (command%n_modes > 0) then
@@ -240,19 +244,13 @@ contains
     call log_model(log, model)
     call log_lines(log, source_lines(scene, model))
     call log_line(log, saving_words(saver))
-    if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
-                                      to_text(run%n_steps)//", time "// &
-                                      rounded_text(run%instant%time))
-    if (allocated(saver%other_build)) then
-      if (saver%other_build /= "") call log_line(log, "restart    of a run that another build "// &
-                                                 "began: "//saver%other_build)
-    end if
+    if (run%is_resumed) call log_lines(log, restart_lines(command, saver, run))
   end subroutine log_start
 
   !> Claim the files that the run writes and start it; if that fails, no new file is left.
   subroutine begin(command, setup, log_file, message_file, saver, model, run, results, lock, error)
     type(command_t), intent(in) :: command
-    type(results_setup_t), intent(in) :: setup
+    type(results_setup_t), intent(inout) :: setup
     character(*), intent(in) :: log_file, message_file
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
@@ -304,7 +302,7 @@ contains
     end do
     call log_line(open_run%log, line)
     code = exit_numerics
-    call save_verified(open_run%saver, open_run%model, open_run%results, advice)
+    call save_verified(open_run%saver, open_run%model, open_run%run, open_run%results, advice)
     if (advice /= "") call log_line(open_run%log, advice)
     call save_failed(open_run%model, open_run%run, open_run%results)
     call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)

@@ -1,6 +1,6 @@
 !> From an accepted model to a run that can begin, or continue from a checkpoint.
 module run_start
-  use text, only: string_t, to_text, rounded_text, counted
+  use text, only: string_t, to_text, rounded_text, counted, append_text
   use failure, only: error_t, fail
   use timer, only: add_watch
   use build_info, only: version, git_commit
@@ -9,7 +9,7 @@ module run_start
   use state_store, only: state_store_t
   use checkpoint, only: read_checkpoint, draft_t, draw_result, place_result, drop_result, &
                         remove_leftovers, is_replaceable
-  use frames, only: layout_problem, results_t, results_setup_t, open_results
+  use frames, only: layout_problem, keep_edge_distance, results_t, results_setup_t, open_results
   use kinds, only: wp
   use file_lock, only: lock_t, hold_file
   use system_files, only: kind_of_file, is_same_file
@@ -24,7 +24,7 @@ module run_start
   implicit none
   private
 
-  public :: new_saver, claim_files, start_run, saving_words, check_restart
+  public :: new_saver, claim_files, start_run, saving_words, restart_lines, check_restart
 
 contains
 
@@ -105,7 +105,7 @@ contains
   !! the result file becomes what it was then; nothing is written before all is accepted.
   subroutine start_run(command, setup, saver, model, run, results, error)
     type(command_t), intent(in) :: command
-    type(results_setup_t), intent(in) :: setup
+    type(results_setup_t), intent(inout) :: setup    !! of a restart with the fields of its result
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
     type(run_t), intent(out) :: run
@@ -122,10 +122,12 @@ contains
       if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
       return
     end if
-    call read_checkpoint(command%restart, saver%header, store, error, saver%other_build)
+    call read_checkpoint(command%restart, saver%header, store, error, saver%other_build, &
+                         saver%changes)
     if (allocated(error)) return
     call draw_result(command%restart, setup%path, draft, error)
     if (allocated(error)) return
+    call keep_edge_distance(draft%path, setup)
     why = layout_problem(draft%path, setup)
     if (why /= "") then
       why = "its result cannot be continued: "//why
@@ -148,26 +150,53 @@ contains
 
   !> Does the checkpoint of --restart fit the deck? For `--check`: nothing is written, and the
   !! model is of no use afterwards.
-  subroutine check_restart(command, scene, model, error)
+  subroutine check_restart(command, scene, model, lines, error)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
+    type(string_t), allocatable, intent(out) :: lines(:)   !! what of it is told
     type(error_t), allocatable, intent(out) :: error
     type(saver_t) :: saver
     type(run_t) :: run
     type(state_store_t) :: store
     character(:), allocatable :: path, why
 
+    allocate (lines(0))
     call result_path(command, [string_t ::], path, error)
     if (allocated(error)) return
     call new_saver(command, scene, path, [string_t ::], saver)
-    call read_checkpoint(command%restart, saver%header, store, error, saver%other_build)
+    call read_checkpoint(command%restart, saver%header, store, error, saver%other_build, &
+                         saver%changes)
     if (allocated(error)) return
     call new_run(model, run)
     call resume_from(saver, model, run, store)
     why = state_problem(store, run)
+    if (why == "") lines = restart_lines(command, saver, run)
     if (why /= "") call fail(error, "checkpoint '"//command%restart//"' rejected: "//why)
   end subroutine check_restart
+
+  !> What a run that is taken up again continues, and what differs from the run that wrote the
+  !! checkpoint.
+  function restart_lines(command, saver, run) result(lines)
+    type(command_t), intent(in) :: command
+    type(saver_t), intent(in) :: saver
+    type(run_t), intent(in) :: run
+    type(string_t), allocatable :: lines(:)
+    character(*), parameter :: head = "restart    "
+    integer, parameter :: most = 20            ! changes that are named
+    integer :: i
+
+    allocate (lines(0))
+    call append_text(lines, head//"from "//command%restart//", step "//to_text(run%n_steps)// &
+                     ", time "//rounded_text(run%instant%time))
+    if (saver%other_build /= "") call append_text(lines, head//"of a run that another build "// &
+                                                  "began: "//saver%other_build)
+    do i = 1, min(size(saver%changes), most)
+      call append_text(lines, head//saver%changes(i)%value)
+    end do
+    if (size(saver%changes) > most) call append_text(lines, head//"and "// &
+      counted(size(saver%changes) - most, "other change")//" of later steps")
+  end function restart_lines
 
   !> Why the state that was taken from a checkpoint cannot be continued; empty if it can.
   function state_problem(store, run) result(why)

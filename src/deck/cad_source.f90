@@ -8,7 +8,8 @@ module cad_source
   use text_file, only: read_whole_file
   use iges_global, only: unit_in_mm
   use scene, only: scene_t
-  use deck_records, only: record_t, option_text
+  use deck_records, only: record_t, option_text, step_of
+  use deck_digest, only: digest_line
   implicit none
   private
 
@@ -16,8 +17,10 @@ module cad_source
 
 contains
 
-  !> A file that is no text of the deck counts to it all the same: by its checksum.
-  subroutine add_source(scene, file)
+  !> A file that is no text of the deck counts to it all the same: by its checksum, from the step of
+  !! the keyword on that names it.
+  subroutine add_source(record, scene, file)
+    type(record_t), intent(in) :: record
     type(scene_t), intent(inout) :: scene
     type(string_t), intent(in) :: file
     type(string_t) :: sum
@@ -26,6 +29,8 @@ contains
     scene%files = [scene%files, file]
     scene%sums = [scene%sums, sum]
     scene%text = scene%text//"** file "//file%value//", checksum "//sum%value//new_line("a")
+    scene%digest = scene%digest//digest_line(sum%value, step_of(record%step), &
+                                             "the file '"//file%value//"'")
   end subroutine add_source
 
   !> What follows the last point of a path, in small letters.

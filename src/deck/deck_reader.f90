@@ -1,12 +1,10 @@
-!> From a deck file to a scene: lexer, check of the records, and the readers of the keywords; and
-!! the key of a deck for checkpoints, which changes with everything that may not change when a run
-!! is taken up again.
+!> From a deck file to a scene: lexer, check of the records, and the readers of the keywords.
 module deck_reader
   use input_errors, only: error_list_t, new_origin, add_error, n_errors
-  use text, only: string_t, to_text
+  use text, only: string_t
   use scene, only: scene_t
   use scene_reduction, only: reduce_scene
-  use lexer, only: lexed_deck_t, lex_deck, line_text, append_text
+  use lexer, only: lexed_deck_t, lex_deck
   use deck_records, only: parsed_deck_t, find_records, deck_end, deck_context_t, enter_names, &
                           check_uses
   use keyword_table, only: keyword_table_t
@@ -16,14 +14,11 @@ module deck_reader
   use deck_check, only: check_steps, check_presence, check_scene
   use shell_check, only: check_shell, check_shell_masses, check_shell_output, check_shell_viscosity
   use error_report, only: sort_errors
-  use sha256, only: sha256_t, add_to_digest, sha256_text
+  use deck_digest, only: digest_of_deck
   implicit none
   private
 
   public :: read_deck, read_material_deck
-  public :: digest_of_deck, digest_line
-
-  integer, parameter :: n_digits = 16      !! of a digest: they show changes, not intent
 
 contains
 
@@ -145,81 +140,6 @@ contains
       if (associated(table%items(i)%read)) call table%items(i)%read(deck, context, scene, errors)
     end do
     if (n_errors(errors) == 0) call check_uses(deck, context%names, errors)
-    do i = size(deck%lexed%files) + 1, size(scene%files)   ! geometry from other programs
-      scene%digest = scene%digest//digest_line(scene%sums(i)%value, "the file '" &
-                                               //scene%files(i)%value//"'")
-    end do
   end subroutine read_scene
-
-  !> Digests of all keywords with their options and data, parameters replaced, but for those that
-  !! may change and the data of the last *DYNAMIC: a line for each, with its name and place.
-  !! Comments, the files that the lines come from, and which of two names a keyword or an option
-  !! goes by do not count.
-  function digest_of_deck(deck) result(text)
-    type(parsed_deck_t), intent(in) :: deck       !! checked, so that aliases have been replaced
-    character(:), allocatable :: text
-    character(:), allocatable :: line
-    integer :: i, last_dynamic, used
-
-    used = 0
-    last_dynamic = 0
-    do i = 1, deck%lexed%n_blocks
-      if (deck%lexed%blocks(i)%keyword == "DYNAMIC") last_dynamic = i
-    end do
-    allocate (character(0) :: text)
-    do i = 1, deck%lexed%n_blocks
-      if (may_change(deck, deck%lexed%blocks(i)%keyword)) cycle
-      line = digest_of_block(deck%lexed, i, i /= last_dynamic)
-      call append_text(text, used, line)
-    end do
-    text = text(:used)
-  end function digest_of_deck
-
-  !> May a run be restarted with this keyword changed?
-  pure logical function may_change(deck, keyword)
-    type(parsed_deck_t), intent(in) :: deck
-    character(*), intent(in) :: keyword
-    integer :: i
-
-    may_change = .false.
-    do i = 1, size(deck%keywords)
-      if (deck%keywords(i)%name == keyword) may_change = .not. deck%keywords(i)%is_in_digest
-    end do
-  end function may_change
-
-  !> The line of one keyword.
-  function digest_of_block(lexed, i, has_data) result(line)
-    type(lexed_deck_t), intent(in) :: lexed
-    integer, intent(in) :: i               !! the block
-    logical, intent(in) :: has_data        !! its data lines count
-    character(:), allocatable :: line
-    type(sha256_t) :: digest
-    character(64) :: digits
-    integer :: j
-
-    associate (block => lexed%blocks(i))
-      call add_to_digest(digest, "*"//block%keyword)
-      do j = 1, size(block%options)
-        if (block%options(j)%name == "INPUT") cycle
-        call add_to_digest(digest, ","//block%options(j)%name)
-        if (block%options(j)%has_value) call add_to_digest(digest, "="//block%options(j)%value)
-      end do
-      do j = block%first, merge(block%last, 0, has_data)
-        call add_to_digest(digest, new_line("a")//line_text(lexed%lines, j))
-      end do
-      digits = sha256_text(digest)
-      line = digest_line(digits(:n_digits), "*"//block%keyword//" ("// &
-                         lexed%files(block%file)%value//":"//to_text(block%line)//")")
-    end associate
-  end function digest_of_block
-
-  !> A line of such a digest.
-  pure function digest_line(digest, name) result(line)
-    character(*), intent(in) :: digest     !! sixteen digits
-    character(*), intent(in) :: name       !! what it is of, for messages
-    character(:), allocatable :: line
-
-    line = digest//" "//name//new_line("a")
-  end function digest_line
 
 end module deck_reader

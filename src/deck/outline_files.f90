@@ -58,7 +58,7 @@ contains
       call refuse_kind(file%value, record, errors)
       return
     end select
-    call add_source(scene, file)
+    call add_source(record, scene, file)
   end subroutine read_outline_file
 
   subroutine refuse_kind(path, record, errors)

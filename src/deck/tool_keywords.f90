@@ -135,7 +135,7 @@ contains
     select case (type)
     case ("IGES")
       call read_cad_tool(record, scene%units, scene%tools(tool), file%value, errors)
-      if (file%value /= "") call add_source(scene, file)
+      if (file%value /= "") call add_source(record, scene, file)
       call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=IGES", errors)
     case ("OFFSET")
       call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=OFFSET", errors)

@@ -158,15 +158,19 @@ contains
   end function middle_of
 
   !> Contact pairs follow the outline of the blank.
-  subroutine trim_pairs(blank, effects, dt)
+  subroutine trim_pairs(blank, effects, dt, first_step)
     type(blank_t), intent(in) :: blank
     type(effect_slot_t), intent(inout), target :: effects(:)
     real(wp), intent(in), optional :: dt          !! largest step to come, for springs [time]
+    integer, intent(in), optional :: first_step   !! only pairs that begin with this step
     type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     pairs = contact_pairs(effects)
     do i = 1, size(pairs)
+      if (present(first_step)) then
+        if (pairs(i)%pair%first_step /= first_step) cycle
+      end if
       call trim_pair(pairs(i)%pair, blank%parts(pairs(i)%pair%part)%element, dt)
     end do
   end subroutine trim_pairs

@@ -9,6 +9,7 @@ module checkpoint
   use, intrinsic :: iso_fortran_env, only: int8, int64
   use kinds, only: wp
   use failure, only: error_t, fail
+  use text, only: string_t, to_text, append_text
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
   use system_files, only: remove_file, is_no_file, kind_of_file, true_path, draft_ending, &
@@ -28,16 +29,25 @@ module checkpoint
   public :: checkpoint_header_t, write_checkpoint, read_checkpoint
   public :: draft_t, draw_result, place_result, drop_result, remove_leftovers, is_replaceable
 
+  integer, parameter :: digest_length = 16
+
   !> What a checkpoint belongs to.
   type :: checkpoint_header_t
     character(:), allocatable :: program     !! version and commit
     character(:), allocatable :: build       !! lines of `fingerprint`
     logical :: is_any_build = .false.        !! that of the file may be another
-    character(:), allocatable :: deck        !! what may not change: a line for each keyword, with
-                                             !! its digest, its name and its location
+    character(:), allocatable :: deck        !! a line for each keyword: its digest, the first step
+                                             !! whose states it changes, its name and its location
     character(:), allocatable :: user        !! digest of the user's subroutines; empty: none
     character(:), allocatable :: deck_file   !! for messages
   end type checkpoint_header_t
+
+  !> A line of `deck`.
+  type :: deck_line_t
+    character(digest_length) :: digest = ""
+    integer :: from = 1                      ! the first step whose states it changes
+    character(:), allocatable :: name
+  end type deck_line_t
 
   !> A result that is taken from a checkpoint and not under its name yet.
   type :: draft_t
@@ -49,7 +59,6 @@ module checkpoint
   character(*), parameter :: mark = "igaform checkpoint 1 "
   integer, parameter :: last_length = len(mark) + 2*20 + 16 + 1
   integer, parameter :: block_bytes = 1048576
-  integer, parameter :: digest_length = 16
 
 contains
 
@@ -189,16 +198,19 @@ contains
   end subroutine copy_bytes
 
   !> Read a checkpoint. Rejected: a file that is none, one that is damaged, one of another build of
-  !! the program, unless the header allows it, or of another deck.
-  subroutine read_checkpoint(path, header, store, error, other_build)
+  !! the program, unless the header allows it, or of a deck that differs in what has been simulated.
+  subroutine read_checkpoint(path, header, store, error, other_build, changes)
     character(*), intent(in) :: path
     type(checkpoint_header_t), intent(in) :: header    !! what it must belong to
     type(state_store_t), intent(out) :: store
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable, intent(out), optional :: other_build   !! how it differs; or empty
+    type(string_t), allocatable, intent(out), optional :: changes(:)  !! of steps to come, in words
     integer(int64) :: n_bytes(2)
     integer(hid_t) :: file
+    type(deck_line_t), allocatable :: was(:), now(:)
     character(:), allocatable :: build, difference    ! how the file differs, or empty
+    integer :: step
 
     call check_whole(path, n_bytes, error)
     if (allocated(error)) return
@@ -215,7 +227,11 @@ contains
       build = fingerprint_difference(build, header%build)
     end if
     if (present(other_build)) other_build = build
-    difference = first_difference(read_text(file, "/deck"), header%deck)
+    step = deck_step_of(file)
+    was = lines_of(read_text(file, "/deck"))
+    now = lines_of(header%deck)
+    difference = first_difference(was, now, step)
+    if (present(changes)) changes = changes_after(was, now, step)
     if (build /= "" .and. .not. header%is_any_build) then
       call reject(path, "it was written by another build of igaform ("//build// &
                   "), which rounds differently; --restart-any-build continues all the same", error)
@@ -223,9 +239,9 @@ contains
       call reject(path, "it belongs to another deck or to other parameters than '"// &
                   header%deck_file//"' now (it was '"// &
                   read_text_attribute(file, "/", "deck_file")//"'): "//difference// &
-                  "; only FRAMES and HISTORY of *OUTPUT, *CHECKPOINT, *HEADING and the "// &
-                  "data of the last *DYNAMIC may differ, and a parameter counts wherever the "// &
-                  "deck has it", error)
+                  "; it is of step "//to_text(step)//", and only later steps, the data of its "// &
+                  "*DYNAMIC, FRAMES and HISTORY of *OUTPUT, *CHECKPOINT and *HEADING may "// &
+                  "differ; a parameter counts wherever the deck has it", error)
     else if (read_text_attribute(file, "/", "user") /= header%user) then
       call reject(path, "it was written with other user subroutines than those of --user now", &
                   error)
@@ -235,29 +251,95 @@ contains
     call close_reading(file)
   end subroutine read_checkpoint
 
-  !> Where two decks differ first, in words; empty if they do not.
-  pure function first_difference(was, now) result(words)
-    character(*), intent(in) :: was, now      !! lines as in `checkpoint_header_t`
-    character(:), allocatable :: words, old, new
-    character(digest_length) :: digests(2)
-    integer :: i, j
+  !> The step of the deck whose state a checkpoint has; the first where it does not say.
+  integer function deck_step_of(file) result(step)
+    integer(hid_t), intent(in) :: file
+    real(wp), allocatable :: values(:)
+
+    step = 1
+    call read_numbers(file, "/state/run/deck_step", values)
+    if (.not. allocated(values)) return
+    if (size(values) == 1) step = nint(max(1.0_wp, min(values(1), 1.0e9_wp)))
+  end function deck_step_of
+
+  !> The lines of a deck as in `checkpoint_header_t`.
+  pure function lines_of(text) result(lines)
+    character(*), intent(in) :: text
+    type(deck_line_t), allocatable :: lines(:)
+    character(:), allocatable :: line
+    integer :: i, n, place, end_of_number, status
+
+    n = count([(text(i:i) == new_line("a"), i=1, len(text))])
+    if (len(text) > 0) then
+      if (text(len(text):) /= new_line("a")) n = n + 1
+    end if
+    allocate (lines(n))
+    place = 1
+    do i = 1, n
+      call take_line(text, place, line)
+      lines(i)%digest = line
+      lines(i)%name = ""
+      if (len(line) < digest_length + 2) cycle
+      line = line(digest_length + 2:)
+      end_of_number = index(line//" ", " ")
+      read (line(:end_of_number - 1), *, iostat=status) lines(i)%from
+      if (status /= 0) then     ! of an older program
+        lines(i)%from = 1
+        end_of_number = 0
+      end if
+      lines(i)%name = line(end_of_number + 1:)
+    end do
+  end function lines_of
+
+  !> Where two decks differ first in what the states of a step depend on, in words; empty if they
+  !! do not.
+  pure function first_difference(was, now, step) result(words)
+    type(deck_line_t), intent(in) :: was(:), now(:)
+    integer, intent(in) :: step
+    character(:), allocatable :: words
+    integer, allocatable :: old(:), new(:)
+    integer :: i
 
     words = ""
-    i = 1
-    j = 1
-    do while (i <= len(was) .or. j <= len(now))
-      call take_line(was, i, old)
-      call take_line(now, j, new)
-      digests = [character(digest_length) :: old, new]
-      if (digests(1) == digests(2)) cycle
-      if (new /= "") then
-        words = new(digest_length + 2:)//" is new or not what it was"
+    old = pack([(i, i=1, size(was))], was%from <= step)
+    new = pack([(i, i=1, size(now))], now%from <= step)
+    do i = 1, max(size(old), size(new))
+      if (i > size(new)) then
+        words = was(old(i))%name//" does not exist now"
+      else if (i > size(old)) then
+        words = now(new(i))%name//" is new or not what it was"
+      else if (was(old(i))%digest /= now(new(i))%digest) then
+        words = now(new(i))%name//" is new or not what it was"
       else
-        words = old(digest_length + 2:)//" does not exist now"
+        cycle
       end if
       return
     end do
   end function first_difference
+
+  !> What later steps have, or depend on, that they had not, and what they have no more.
+  pure function changes_after(was, now, step) result(changes)
+    type(deck_line_t), intent(in) :: was(:), now(:)
+    integer, intent(in) :: step
+    type(string_t), allocatable :: changes(:)
+
+    allocate (changes(0))
+    call tell(now, was, "new or changed")
+    call tell(was, now, "no more or changed")
+
+  contains
+
+    pure subroutine tell(these, others, words)
+      type(deck_line_t), intent(in) :: these(:), others(:)
+      character(*), intent(in) :: words
+      integer :: i
+
+      do i = 1, size(these)
+        if (these(i)%from <= step .or. any(others%digest == these(i)%digest)) cycle
+        call append_text(changes, words//" after step "//to_text(step)//": "//these(i)%name)
+      end do
+    end subroutine tell
+  end function changes_after
 
   subroutine read_entries(file, path, store, error)
     integer(hid_t), intent(in) :: file

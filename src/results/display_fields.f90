@@ -19,6 +19,9 @@ module display_fields
   public :: display_field_t, field_entry_t, patch_view_t, patch_frame_t, face_field_t, tool_frame_t
   public :: frame_t, tools_view_t
   public :: output_fields, add_entry, fields_of, first_columns, derive_part
+  public :: add_edge_distance, distance_in_whole
+
+  character(*), parameter, public :: edge_distance_name = "edge_distance"
 
   !> Parts of what `derive_part` derives of a frame, for threads; the longest comes first.
   integer, parameter, public :: n_derived_parts = 4
@@ -168,10 +171,26 @@ contains
       if (has_resultants) call add_entry(entries, resultant_fields(), resultants_on_patch)
     end if
     if (.not. present(has_outline)) return
-    if (has_outline) call add_entry(entries, [display_field_t("edge_distance", "length", &
+    if (has_outline) call add_edge_distance(entries)
+  end function output_fields
+
+  !> How far inside of outlines and trims, the last field.
+  subroutine add_edge_distance(entries)
+    type(field_entry_t), allocatable, intent(inout) :: entries(:)
+
+    call add_entry(entries, [display_field_t(edge_distance_name, "length", &
       "distance inside the outline of the sheet, or the trim of a tool, negative outside")], &
       edge_on_patch, edge_on_tools)
-  end function output_fields
+  end subroutine add_edge_distance
+
+  !> It before a trim of the sheet, at the display points of a patch.
+  pure real(wp) function distance_in_whole(view) result(distance)
+    type(patch_view_t), intent(in) :: view
+    integer :: c
+
+    distance = norm2([(maxval(view%solid%points(:, :, :, c)) &
+                       - minval(view%solid%points(:, :, :, c)), c=1, 3)])
+  end function distance_in_whole
 
   !> Thickness and what follows from both faces.
   subroutine add_thickness(is_surface, entries)
@@ -330,11 +349,8 @@ contains
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    integer :: c
-
     if (.not. allocated(frame%edge_distance)) then
-      values = norm2([(maxval(view%solid%points(:, :, :, c)) &
-                       - minval(view%solid%points(:, :, :, c)), c=1, 3)])
+      values = distance_in_whole(view)
       return
     end if
     values(:, 1) = [spread(frame%edge_distance, 3, view%grid%n(3))]

@@ -24,10 +24,11 @@ module frames
                        append_reals, create_series, write_integers
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
   use unit_system, only: new_unit_system, unit_of, unit_system_t
-  use provenance, only: text_or_empty, write_provenance
+  use provenance, only: text_or_empty, write_provenance, write_deck
   use run_log, only: timings_t, ns_per_element_step
   use display_grid, only: point_grid
-  use display_fields, only: face_field_t, patch_frame_t, tool_frame_t
+  use display_fields, only: face_field_t, patch_frame_t, tool_frame_t, fields_of, &
+                            add_edge_distance, distance_in_whole, edge_distance_name
   use tool_mesh, only: carried
   use vtkhdf, only: append_point_data, append_points, append_step, cells_t, create_grid, &
                     create_point_data, write_part_names, write_rational_weights
@@ -44,6 +45,7 @@ module frames
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, close_results, flush_results, unit_in, layout_problem
+  public :: keep_edge_distance
   public :: write_frequencies, write_mode
 
   !> An open results file. Rows of its history wait in memory until the next frame or flush.
@@ -80,6 +82,8 @@ contains
     if (present(n_frames)) then
       results%n_frames = n_frames
       call open_file(results%file, setup%path)
+      call write_deck(results%file, setup%provenance)
+      call fill_edge_distance(results)
     else
       call create_file(results%file, setup%path, is_draft=.true.)
       call write_what_stays(results, setup, cells, weights)
@@ -163,6 +167,33 @@ contains
       call write_geometry(results)
     end associate
   end subroutine write_what_stays
+
+  !> The distance from the edge in frames that were written before the deck had a trim.
+  subroutine fill_edge_distance(results)
+    type(results_t), intent(inout) :: results
+    type(deflated_chunk_t) :: chunk
+    real(wp), allocatable :: values(:, :)
+    integer :: i, p
+
+    associate (display => results%display)
+      if (has_object(results%file, "/VTKHDF/PointData/"//edge_distance_name)) return
+      if (.not. any(display%fields%name == edge_distance_name)) return
+      associate (field => display%fields(findloc(display%fields%name, edge_distance_name, 1)))
+        call create_point_data(results%file, trim(field%name), field%n_components, &
+                               display%n_points, unit_of(results%units, trim(field%quantity)), &
+                               trim(field%description))
+      end associate
+      allocate (values(display%n_points, 1))
+      do p = size(display%patches), 1, -1
+        values(:display%last(p), 1) = distance_in_whole(display%patches(p))
+      end do
+      values(display%last(size(display%last)) + 1:, 1) = display%tool_points%edge_distance
+      chunk = new_deflated_chunk(values)
+      do i = 1, results%n_frames
+        call append_point_data(results%file, edge_distance_name, 1, chunk, display%n_points)
+      end do
+    end associate
+  end subroutine fill_edge_distance
 
   !> Names of the parts of the grid: the blank with all its patches, and the tools.
   pure function part_names(tools) result(names)
@@ -549,19 +580,24 @@ contains
     if (file < 0) return
     names = names_in(file, "/VTKHDF/PointData")
     call read_numbers(file, "/VTKHDF/NumberOfPoints", n_points)
+    reason = torque_problem(file, setup)
     call close_reading(file)
-    reason = ""
+    if (reason /= "") return
     call new_display(setup, display, cells, weights)
     call compare("FIELDS", fields_word(names), fields_word(strings(display%fields%name)), reason)
     call compare("CELLS", cells_word(has_name(names, weights_name), has_name(names, "normal")), &
                  cells_word(setup%is_bezier, setup%is_surface), reason)
     if (reason /= "") return
     ! What follows from no option: a result of another version of the program.
+    n = merge(1, 0, display%is_bezier)
     do i = 1, size(display%fields)
+      if (display%fields(i)%name == edge_distance_name) cycle
+      n = n + 1
       if (.not. has_name(names, trim(display%fields(i)%name))) &
         reason = "it has no field "//trim(display%fields(i)%name)
     end do
-    if (size(names) /= size(display%fields) + merge(1, 0, display%is_bezier) .and. reason == "") &
+    if (has_name(names, edge_distance_name)) n = n + 1
+    if (size(names) /= n .and. reason == "") &
       reason = "it has "//counted(size(names), "field")//", not those of this program"
     if (reason /= "") return
     n = 0
@@ -569,6 +605,31 @@ contains
     if (n /= display%n_points) reason = "its frames have "//counted(n, "point")// &
                                        ", those of the run now "//to_text(display%n_points)
   end function layout_problem
+
+  !> Which tool has a torque in the history of a result or in that of the deck, and not in both.
+  function torque_problem(file, setup) result(reason)
+    integer(hid_t), intent(in) :: file
+    type(results_setup_t), intent(in) :: setup
+    character(:), allocatable :: reason
+    logical :: had, has
+    integer :: i, c
+
+    reason = ""
+    do i = 1, size(setup%tools)
+      associate (folder => "/tools/"//setup%tools(i)%name)
+        had = has_name(names_in(file, folder), "torque")
+        has = .false.
+        do c = 1, size(setup%history%columns)
+          has = has .or. setup%history%columns(c)%path == folder//"/torque"
+        end do
+      end associate
+      if (had .eqv. has) cycle
+      reason = "its history has a torque of tool '"//setup%tools(i)%name//"', which "// &
+               "rotates in no step of the deck now"
+      if (has) reason = "tool '"//setup%tools(i)%name//"' rotates in a step of the deck now, "// &
+                        "and its history has no torque of it"
+    end do
+  end function torque_problem
 
   pure subroutine compare(option, was, now, reason)
     character(*), intent(in) :: option, was, now
@@ -588,6 +649,23 @@ contains
     if (is_bezier) word = "BEZIER"
     if (is_surface) word = "SURFACE"
   end function cells_word
+
+  !> A result that has the distance from the edge keeps it where the trims of a deck have gone.
+  subroutine keep_edge_distance(path, setup)
+    character(*), intent(in) :: path             !! of a result that is whole
+    type(results_setup_t), intent(inout) :: setup
+    integer(hid_t) :: file
+    logical :: is_there
+
+    file = open_for_reading(path)
+    if (file < 0) return
+    is_there = has_name(names_in(file, "/VTKHDF/PointData"), edge_distance_name)
+    call close_reading(file)
+    associate (fields => fields_of(setup%fields))
+      is_there = is_there .and. .not. any(fields%name == edge_distance_name)
+    end associate
+    if (is_there) call add_edge_distance(setup%fields)
+  end subroutine keep_edge_distance
 
   !> The value of FIELDS that gives these fields.
   pure function fields_word(names) result(word)

@@ -339,7 +339,7 @@ contains
     call expect(file, object, h5close(owner) >= 0)
   end subroutine write_integer_attribute
 
-  !> Write a text as a scalar dataset.
+  !> Write a text as a scalar dataset, replacing an older one.
   subroutine write_text(file, name, value, description)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name, value, description
@@ -348,6 +348,8 @@ contains
     integer(hid_t) :: type
 
     if (allocated(file%error)) return
+    if (has_object(file, name)) &   ! which may have another length
+      call expect(file, name, h5ldelete(file%id, c_text(name), h5_default) >= 0)
     buffer = letters_of(value)
     type = text_type(value)
     address = c_loc(buffer)   ! instead of the argument: gfortran 12 mixes up the lengths of texts

@@ -36,7 +36,7 @@ module hdf5_library
   integer, parameter, public :: deflate_level = 1
 
   public :: h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle, h5fget_size, h5gcreate
-  public :: h5oopen, h5close, h5lexists, h5lcreate_hard, h5lget_name, h5fopen, h5dread
+  public :: h5oopen, h5close, h5lexists, h5lcreate_hard, h5ldelete, h5lget_name, h5fopen, h5dread
   public :: h5dget_storage, h5dget_type, h5aread, h5aget_type, h5aget_space, h5tget_size
   public :: h5tget_class, h5tis_variable, h5sget_npoints, h5acreate, h5aopen, h5aexists, h5awrite
   public :: h5adelete, h5dcreate, h5dwrite, h5dwrite_chunk, h5dset_extent, h5dget_space
@@ -119,6 +119,11 @@ module hdf5_library
       integer(hid_t), value :: parent, new_parent, links, access
       character(kind=c_char), intent(in) :: name(*), new_name(*)
     end function h5lcreate_hard
+    integer(c_int) function h5ldelete(parent, name, access) bind(C, name="H5Ldelete")
+      import
+      integer(hid_t), value :: parent, access
+      character(kind=c_char), intent(in) :: name(*)
+    end function h5ldelete
     integer(hid_t) function h5acreate(object, name, type, space, creation, access) &
       bind(C, name="H5Acreate2")
       import

@@ -10,7 +10,7 @@ module provenance
   implicit none
   private
 
-  public :: provenance_t, provenance_lines, write_provenance, host_cores
+  public :: provenance_t, provenance_lines, write_provenance, write_deck, host_cores
   public :: text_or_empty, fingerprint, fingerprint_difference, options_that_count
 
   !> What the head of every log begins with.
@@ -224,34 +224,42 @@ contains
     if (len(flags) == 0) flags = compiler_options()
     call create_group(file, "/provenance")
     call write_text_attribute(file, "/provenance", "status", "running")
-    call write_text_attribute(file, "/provenance", "identity", text_or_empty(source%identity))
-    call put("version", source%version, "version of the program")
-    call put("git_commit", source%git_commit, "commit of the program's sources")
+    call put(file, "version", source%version, "version of the program")
+    call put(file, "git_commit", source%git_commit, "commit of the program's sources")
     call write_text(file, folder//"compiler", compiler_version(), "compiler of the program")
-    call put("compiler_flags", flags, "options of the compiler")
-    call put("build", source%build, &
+    call put(file, "compiler_flags", flags, "options of the compiler")
+    call put(file, "build", source%build, &
              "what the bits of results depend on besides the deck, one a line")
-    call put("command_line", source%command_line, "command that made this file")
-    call put("deck_file", source%deck_file, "name of the deck")
-    call put("deck_text", source%deck_text, "the deck as it was read")
-    call put("deck_resolved", source%deck_resolved, "the deck with includes, parameters and "// &
-             "defaults replaced; lists of more than 500 lines are left out")
-    call put("heading", source%heading, "heading of the deck")
-    call put("units", source%units, "units label of the deck")
+    call put(file, "command_line", source%command_line, "command that made this file")
+    call write_deck(file, source)
     call write_text(file, folder//"start_time", timestamp(), "local time at the start")
     call write_integers(file, folder//"threads", [int(source%n_threads, int64)], [integer ::], &
                         "threads of the run", h5_int64)
     call write_integers(file, folder//"host_cores", [int(host_cores(), int64)], [integer ::], &
                         "processors of the machine", h5_int64)
-
-  contains
-
-    subroutine put(name, value, description)
-      character(*), intent(in) :: name, description
-      character(:), allocatable, intent(in) :: value
-
-      call write_text(file, folder//name, text_or_empty(value), description)
-    end subroutine put
   end subroutine write_provenance
+
+  !> Write the part of /provenance that the deck makes, which may be another one when a run is taken
+  !! up again.
+  subroutine write_deck(file, source)
+    type(hdf5_file_t), intent(inout) :: file
+    type(provenance_t), intent(in) :: source
+
+    call write_text_attribute(file, "/provenance", "identity", text_or_empty(source%identity))
+    call put(file, "deck_file", source%deck_file, "name of the deck")
+    call put(file, "deck_text", source%deck_text, "the deck as it was read")
+    call put(file, "deck_resolved", source%deck_resolved, "the deck with includes, parameters "// &
+             "and defaults replaced; lists of more than 500 lines are left out")
+    call put(file, "heading", source%heading, "heading of the deck")
+    call put(file, "units", source%units, "units label of the deck")
+  end subroutine write_deck
+
+  subroutine put(file, name, value, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name, description
+    character(:), allocatable, intent(in) :: value
+
+    call write_text(file, "/provenance/"//name, text_or_empty(value), description)
+  end subroutine put
 
 end module provenance

@@ -106,7 +106,7 @@ contains
       end if
     end do
     if (allocated(error)) then
-      call save_verified(saver, model, results, advice)
+      call save_verified(saver, model, run, results, advice)
       if (advice /= "") error%message = error%message//new_line("a")//advice
       call save_failed(model, run, results)
     else if (.not. allocated(saver%stopped_by)) then
@@ -155,13 +155,19 @@ contains
     integer :: i
 
     allocate (notes(0))
-    if (.not. any(model%trims%step == model%i_step)) return
+    if (.not. any(model%trims%step == model%i_step)) then
+      ! Pairs that begin have not followed the trims of earlier steps.
+      if (any(model%trims%step > 1 .and. model%trims%step < model%i_step)) call trim_pairs( &
+        model%bodies%blank, model%forces, increment_limit(model), first_step=model%i_step)
+      return
+    end if
     call take_balances(model, run, before)
     do i = 1, size(model%trims)
       if (model%trims(i)%step /= model%i_step) cycle
       call cut_blank(model%trims(i), model%bodies%blank, error, loss)
       if (allocated(error)) then
-        error%message = title_of(model%trims(i))//": "//error%message
+        error%message = "step "//to_text(model%i_step)//" cannot begin: "// &
+                        title_of(model%trims(i))//": "//error%message
         return
       end if
       model%bodies%blank%added_mass = (1.0_wp - loss%share)*model%bodies%blank%added_mass
@@ -175,7 +181,6 @@ contains
     call tell_gone(model, notes)
     call limit_increment(model)
     call trim_pairs(model%bodies%blank, model%forces, increment_limit(model))
-    call trim_pairs(model%bodies%blank, model%later_forces, increment_limit(model))
     call trim_loads(model%bodies%blank, model%forces)
     call trim_loads(model%bodies%blank, model%later_forces)
     call leave_cut_points(model%supports, model%bodies%blank%parts)
@@ -608,12 +613,14 @@ contains
     end do
   end subroutine log_first_trims
 
-  !> What acts in the present step of the deck, a line for each effect.
+  !> What acts in the present step of the deck, a line for each name of an effect: supports have one
+  !! effect for each component.
   function effect_lines(model, head) result(lines)
     type(model_t), intent(in) :: model
     character(*), intent(in) :: head               !! what lines begin with
     type(string_t), allocatable :: lines(:)
-    integer :: i
+    character(:), allocatable :: line
+    integer :: i, k
 
     allocate (lines(0))
     if (model%bodies%blank%parts(1)%element%has_viscosity .and. .not. model%step%is_static) &
@@ -626,9 +633,10 @@ contains
       call append_text(lines, head//model%forces(i)%item%name)
     end do
     do i = 1, size(model%supports)
-      call append_text(lines, head//model%supports(i)%item%name)
-      if (.not. allocated(model%supports(i)%item%note)) cycle
-      lines(size(lines))%value = lines(size(lines))%value//", "//model%supports(i)%item%note
+      line = head//model%supports(i)%item%name
+      if (allocated(model%supports(i)%item%note)) line = line//", "//model%supports(i)%item%note
+      if (any([(lines(k)%value == line, k=1, size(lines))])) cycle
+      call append_text(lines, line)
     end do
   end function effect_lines
 

@@ -6,10 +6,10 @@ module run_saver
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t
-  use text, only: to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text
   use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch, watch_seconds, set_time
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
-  use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array
+  use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, has_state
   use model, only: model_t
   use frames, only: results_t, flush_results
   use hdf5_file, only: path_of_open
@@ -52,6 +52,7 @@ module run_saver
     character(:), allocatable :: path, result_file
     type(checkpoint_header_t) :: header
     character(:), allocatable :: other_build  !! how that of the checkpoint differs; or empty
+    type(string_t), allocatable :: changes(:) !! of the deck since the checkpoint, in words
     integer :: every_steps = 0                !! 0: not by steps
     real(wp) :: every_seconds = 0.0_wp        !! of wall-clock time; 0: not by the clock
     integer :: number = 0                     !! of states over the run; 0: not by its time
@@ -80,15 +81,15 @@ contains
 
   !> To be called at the start of each increment: takes the state where one is to be kept, not
   !! before the waiting one is verified, which happens in `keep_verified`. The first state and that
-  !! at the end of the run, with nothing before or after, are checked at once, and so is the one
-  !! with which a static step begins.
+  !! at the end of a step of the deck, with nothing before or after, are checked at once: the next
+  !! step may fail to begin, and may be another one after a restart.
   subroutine take_due_state(saver, model, run, results, is_step_end)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model       !! its timer alone changes
     type(run_t), intent(inout) :: run           !! nothing changes
     type(results_t), intent(in) :: results
     logical, intent(in) :: is_step_end          !! the step of the deck is over
-    logical :: is_due, is_over, is_at_once, is_end, is_before_static
+    logical :: is_due, is_over, is_at_once, is_end
 
     if (.not. allocated(saver%path) .or. run%n_steps == 0) return
     saver%is_checking = saver%is_waiting .and. run%n_steps == saver%verification_step
@@ -98,12 +99,9 @@ contains
     end if
     is_end = is_step_end .and. size(model%later_steps) == 0 .and. saver%is_lasting .and. &
              run%n_steps > saver%saved_step
-    is_before_static = .false.
-    if (is_step_end .and. size(model%later_steps) > 0) &
-      is_before_static = model%later_steps(1)%step%is_static
     ! An equilibrium needs no increments behind it to show that it is sound.
-    is_at_once = .not. allocated(saver%verified) .or. is_end .or. is_before_static .or. &
-                 model%step%is_static
+    is_at_once = .not. allocated(saver%verified) .or. is_end .or. model%step%is_static .or. &
+                 (is_step_end .and. size(model%later_steps) > 0)
     if (run%n_steps <= saver%taken_step + n_verifying .and. .not. is_at_once) return
     ! A state that is checked at once takes the place of one that was to be saved.
     is_over = is_interval_over(saver, model, run) .or. is_end .or. &
@@ -384,6 +382,8 @@ contains
     do i = 1, size(model%timer%watches)
       associate (watch => model%timer%watches(i))
         times = [watch_seconds(model%timer, i), real(watch%n_calls, wp)]
+        ! Later steps of the deck may have brought a watch that was not there.
+        if (store%is_taking .and. .not. has_state(store, watch%name)) cycle
         call carry_array(store, watch%name, 2, times)
         if (store%is_taking) call set_time(watch, times(1), nint(times(2), int64))
       end associate
@@ -392,10 +392,12 @@ contains
 
   !> The run has failed, and nothing was written since the state was kept: history samples still
   !! wait. Write that state, unless it is in the file. `advice` states how to continue, or why that
-  !! is not possible; empty if there is no such state.
-  subroutine save_verified(saver, model, results, advice)
+  !! is not possible; empty if there is no such state. A step that could not begin may be another
+  !! one when the run is taken up again.
+  subroutine save_verified(saver, model, run, results, advice)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
     type(results_t), intent(inout) :: results
     character(:), allocatable, intent(out) :: advice
     type(error_t), allocatable :: error
@@ -415,9 +417,15 @@ contains
       advice = "the last verified state"
     end if
     advice = advice//", of step "//to_text(saver%saved_step)//", time "// &
-             rounded_text(saver%saved_time)//", is in '"//saver%path// &
-             "'; --restart "//saver%path//" fails in the same way, and shows more of it where "// &
-             "*OUTPUT asks for more frames"
+             rounded_text(saver%saved_time)//", is in '"//saver%path//"'"
+    if (saver%saved_step == run%n_steps .and. saver%verified%deck_step < model%i_step) then
+      advice = advice//", the end of step "//to_text(saver%verified%deck_step)//" of the deck: "// &
+               "mend what follows in the deck and continue with igaform "// &
+               saver%header%deck_file//" --restart "//saver%path
+      return
+    end if
+    advice = advice//"; --restart "//saver%path//" fails in the same way, and shows more of it "// &
+             "where *OUTPUT asks for more frames"
     ! A static step has cut its increments itself, see `retry_run`.
     if (saver%retry <= 0.0_wp .and. .not. model%step%is_static) advice = advice// &
       "; with *CHECKPOINT, RETRY=0.5 in the deck it retries with half the time increment"

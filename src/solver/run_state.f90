@@ -5,7 +5,7 @@ module run_state
   use kinds, only: wp
   use text, only: to_text
   use state_store, only: state_store_t, enter_folder, carry, carry_array
-  use effect, only: carry_effects, effect_slot_t, instant_t
+  use effect, only: carry_effects, instant_t
   use model, only: model_t, begin_next_step
   use step_control, only: step_control_t, schedule_t, new_step_control
   use energy_balance, only: energy_balance_t
@@ -14,7 +14,6 @@ module run_state
   use failure, only: error_t
   use outline, only: region_t
   use blank_trim, only: trim_pairs
-  use contact_effect, only: contact_pairs, contact_view_t
   use loads, only: trim_loads
   use boundary, only: leave_cut_points
   use shell_joints, only: carry_joints
@@ -97,9 +96,7 @@ contains
     type(region_t), allocatable :: regions(:)
     type(error_t), allocatable :: error
     integer :: p, n, n_before, r
-    logical :: is_cut
 
-    is_cut = .false.
     call enter_folder(store, "outline")
     call carry(store, "stable_step", model%stable_step)
     do p = 1, size(model%bodies%blank%parts)
@@ -122,7 +119,6 @@ contains
         if (n > n_before) then
           call set_inertia(model%bodies%blank%parts, model%bodies%blank%seams)
           call trim_pairs(model%bodies%blank, model%forces)
-          call trim_pairs(model%bodies%blank, model%later_forces)
           call trim_loads(model%bodies%blank, model%forces)
           call trim_loads(model%bodies%blank, model%later_forces)
           call leave_cut_points(model%supports, model%bodies%blank%parts)
@@ -130,28 +126,8 @@ contains
         end if
         deallocate (regions)
       end associate
-      is_cut = is_cut .or. n > 0
     end do
-    if (is_cut) call carry_later_springs(model%later_forces, store)
   end subroutine carry_outlines
-
-  !> Springs of the contact pairs that begin in later steps: trims have made them fit.
-  subroutine carry_later_springs(effects, store)
-    type(effect_slot_t), intent(inout), target :: effects(:)
-    type(state_store_t), intent(inout) :: store
-    type(contact_view_t), allocatable :: pairs(:)
-    integer :: i
-
-    pairs = contact_pairs(effects)
-    do i = 1, size(pairs)
-      associate (contact => pairs(i)%pair%pair)
-        call enter_folder(store, "outline/later_pairs/"//to_text(i))
-        call carry_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
-        if (allocated(contact%damping)) call carry_array(store, "damping_constant", &
-          size(contact%damping%constant), contact%damping%constant)
-      end associate
-    end do
-  end subroutine carry_later_springs
 
   !> Corners of all polygons.
   subroutine carry_regions(store, regions)

@@ -310,26 +310,6 @@ def strangers_are_refused(folder):
     assert "nowhere.ckpt.h5" in said, said
 
 
-def changed_trims_are_refused(folder):
-    """A trim of the deck to come, by its data lines or by the table that it names."""
-    lines = (VERIFICATION / "trim_pieces.key").read_text().replace(
-        "CIRCLE, 14.8, -0.3, 10\n", "").replace("NAME=disks", "NAME=disks, INPUT=square.csv")
-    path, table = folder / "trim.key", folder / "square.csv"
-    square = "9,-5\n20,-5\n20,5\n9,5\n"
-    table.write_text(square)
-    path.write_text(lines)
-    igaform(folder, path, "--out", "t.h5", "--wall", "1e-6", code=3)
-    path.write_text(lines.replace("0.2, 9.1", "0.2, 9"))
-    told = igaform(folder, path, "--restart", "t.ckpt.h5", code=1)
-    assert "*TRIM (" in told and "is new or not what it was" in told, told
-    path.write_text(lines)
-    table.write_text(square.replace("-5", "-6"))
-    told = igaform(folder, path, "--restart", "t.ckpt.h5", code=1)
-    assert "square.csv' is new or not what it was" in told, told
-    table.write_text(square)
-    igaform(folder, path, "--restart", "t.ckpt.h5")
-
-
 def what_may_differ(folder):
     """A later end, other output, a deleted result."""
     lines = STRIP.read_text().replace("*OUTPUT, FRAMES=10, HISTORY=200", "").replace("n_x = 16",
@@ -419,4 +399,4 @@ if __name__ == "__main__":
             states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
             a_result_has_one_writer, strangers_are_refused,
             other_user_subroutines_are_refused, messages_of_user_subroutines_stay, what_may_differ,
-            changed_trims_are_refused, another_build_is_refused, other_fields_are_refused)
+            another_build_is_refused, other_fields_are_refused)
