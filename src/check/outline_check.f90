@@ -10,7 +10,8 @@ module outline_check
   use outline, only: region_t, new_region, inside_distance, cut_to_box, signed_area
   use element, only: element_t
   use blank, only: blank_t
-  use blank_trim, only: trim_t, loss_t, cut_blank, slit_words, slit_remedy
+  use blank_trim, only: trim_t, loss_t, cut_blank, slit_words, slit_remedy, is_edge_on, &
+                        edge_on_words
   use outline_watch, only: watched_t, is_gone
   use model, only: model_t
   implicit none
@@ -28,17 +29,21 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(error_list_t), intent(inout) :: errors
-    logical :: is_told(size(model%watched))
+    logical :: is_told(size(model%watched)), is_wrong(size(model%trims))
     real(wp) :: reach
     integer :: t, i
 
     is_told = model%watched%is_told
+    is_wrong = .false.
     do t = 1, size(model%trims)
       associate (trim => model%trims(t))
         if (trim%step <= 1 .or. trim%is_flat) cycle
+        is_wrong(t) = is_edge_on(model%bodies%blank%parts(1)%element, trim%axis)
+        if (is_wrong(t)) call add_warning(errors, trim%origin, edge_on_words(trim%axis)// &
+          " at the start", "another DIRECTION, unless the sheet is turned before")
         reach = way_before(scene, trim%step)
-        if (reach < unlimited) &
-          call check_meeting(trim, model%bodies%blank%parts(1)%element, reach, errors)
+        if (reach < unlimited .and. .not. is_wrong(t)) call check_meeting(trim, &
+          model%bodies%blank%parts(1)%element, reach, is_wrong(t), errors)
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)
@@ -47,19 +52,81 @@ contains
       end associate
     end do
     call check_flat_trims(scene, model, is_told, errors)
+    if (.not. any(is_wrong)) call check_rest(scene, model, errors)
   end subroutine check_trims
 
+  !> Warn of the trim that, with those before it, leaves nothing of the sheet at the start.
+  subroutine check_rest(scene, model, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: expected
+    real(wp) :: reach
+    integer :: last
+
+    if (.not. any(model%trims%step > 1 .and. .not. model%trims%is_flat)) return
+    call find_last_cut(model%trims, model%bodies%blank%parts(1)%element, last)
+    if (last == 0) return
+    if (model%trims(last)%is_flat) return
+    expected = "curves that keep a part of the formed sheet"
+    reach = way_before(scene, model%trims(last)%step)
+    if (reach < unlimited) expected = expected//", which tools and supports move by "// &
+                                      rounded_text(reach)//" at most before"
+    call add_warning(errors, model%trims(last)%origin, "a trim that leaves nothing of the "// &
+                     "sheet as it is at the start, with the trims before it", expected)
+  end subroutine check_rest
+
+  !> The trim after which all of the sheet at the start is gone; 0 if some of it stays. An element
+  !! is gone where its centre lies farther outside than its corner lies from the centre.
+  subroutine find_last_cut(trims, element, last)
+    type(trim_t), intent(in) :: trims(:)
+    class(element_t), intent(in) :: element
+    integer, intent(out) :: last
+    type(region_t) :: regions(size(trims))
+    real(wp), allocatable :: lines1(:), lines2(:)
+    real(wp) :: x(3), corner(3)
+    integer :: i, j, t, plane(2)
+
+    do t = 1, size(trims)
+      call new_region(regions(t), trims(t)%polygons, trims(t)%is_outside)
+    end do
+    lines1 = breaks(element%grid%axes(1))
+    lines2 = breaks(element%grid%axes(2))
+    last = 0
+    do j = 1, size(lines2) - 1
+      do i = 1, size(lines1) - 1
+        if (element%is_outside([i, j, 1])) cycle
+        call evaluate_solid(element%grid, [lines1(i), lines2(j), 0.5_wp], corner)
+        call evaluate_solid(element%grid, [0.5_wp*(lines1(i) + lines1(i + 1)), &
+                                           0.5_wp*(lines2(j) + lines2(j + 1)), 0.5_wp], x)
+        do t = 1, size(trims)
+          if (trims(t)%step <= 1) cycle
+          plane = [mod(trims(t)%axis, 3) + 1, mod(trims(t)%axis + 1, 3) + 1]
+          if (inside_distance(regions(t:t), x(plane), [1.0_wp, 1.0_wp]) &
+              < -norm2(x(plane) - corner(plane))) exit
+        end do
+        if (t > size(trims)) then
+          last = 0
+          return
+        end if
+        last = max(last, t)
+      end do
+    end do
+  end subroutine find_last_cut
+
   !> Warn of curves to which nothing carries the sheet before their step.
-  subroutine check_meeting(trim, element, reach, errors)
+  subroutine check_meeting(trim, element, reach, is_wrong, errors)
     type(trim_t), intent(in) :: trim
     class(element_t), intent(in) :: element
     real(wp), intent(in) :: reach                 !! of the sheet [length]
+    logical, intent(out) :: is_wrong              !! there is a warning
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: all_of_it = 1.0_wp - 1.0e-9_wp
     real(wp), allocatable :: met(:, :), off(:)
     real(wp) :: low(2), high(2), x(3)
     integer :: p, i, plane(2)
 
+    is_wrong = .false.
     plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
     low = [(minval(element%motion%x(:, :, :, plane(i))), i=1, 2)]
     high = [(maxval(element%motion%x(:, :, :, plane(i))), i=1, 2)]
@@ -67,10 +134,14 @@ contains
       associate (corners => trim%polygons(p)%corners)
         call cut_to_box(corners, low - reach, high + reach, met)
         if (abs(signed_area(met)) >= all_of_it*product(high - low + 2.0_wp*reach) &
-            .and. size(trim%polygons) == 1) call add_warning(errors, trim%origins(p), &
-          "a curve around all of the sheet, which "//trim_word(trim%is_outside), &
-          "another curve or another KEEP; check units and DIRECTION")
+            .and. size(trim%polygons) == 1) then
+          is_wrong = .true.
+          call add_warning(errors, trim%origins(p), "a curve around all of the sheet, which "// &
+                           trim_word(trim%is_outside), &
+                           "another curve or another KEEP; check units and DIRECTION")
+        end if
         if (size(met, 2) > 0) cycle
+        is_wrong = .true.
         off = [(norm2(max(low - corners(:, i), corners(:, i) - high, 0.0_wp)), &
                 i=1, size(corners, 2))]
         x = 0.0_wp

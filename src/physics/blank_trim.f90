@@ -22,7 +22,7 @@ module blank_trim
   implicit none
   private
 
-  public :: cut_blank, trim_pairs, slit_words, slit_remedy
+  public :: cut_blank, trim_pairs, slit_words, slit_remedy, is_edge_on, edge_on_words
 
   !> What a cut has taken away.
   type, public :: loss_t
@@ -47,6 +47,7 @@ module blank_trim
 
   integer, parameter :: samples_per_element = 2   !! for first guesses of the projection
   real(wp), parameter :: per_element = 0.2_wp     !! piece of a straight line, of an element
+  real(wp), parameter :: flat = 1.0e-3_wp         !! of the area of a place, across the projection
 
 contains
 
@@ -226,6 +227,10 @@ contains
 
     if (trim%is_flat) surface = middle_of(element%grid, element%grid%points)
     if (.not. trim%is_flat) surface = middle_of(element%grid, filled_points(element))
+    if (has_no_front(surface, trim%axis)) then
+      call fail(error, edge_on_words(trim%axis))
+      return
+    end if
     plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
     do i = 1, 2
       box(i, :) = [minval(surface%points(:, :, plane(i))), maxval(surface%points(:, :, plane(i)))]
@@ -237,6 +242,43 @@ contains
                         pieces_of(near, per_element*extent/maxval(element%n_elements)), &
                         places, error)
   end subroutine project
+
+  !> Does the sheet, as it lies, show nothing but its edge along an axis?
+  pure logical function is_edge_on(element, axis)
+    class(element_t), intent(in) :: element
+    integer, intent(in) :: axis                   !! of space
+
+    is_edge_on = has_no_front(middle_of(element%grid, element%motion%x), axis)
+  end function is_edge_on
+
+  !> What is wrong then.
+  pure function edge_on_words(axis) result(words)
+    integer, intent(in) :: axis                   !! of space
+    character(:), allocatable :: words
+
+    words = "DIRECTION="//"XYZ"(axis:axis)//", along which the sheet shows nothing but its edge"
+  end function edge_on_words
+
+  !> Is a surface nowhere seen along an axis but as a line?
+  pure logical function has_no_front(surface, axis)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: axis
+    real(wp), allocatable :: xi(:), eta(:)
+    real(wp) :: x(3), d1(3, 2), across(3)
+    integer :: i, j
+
+    has_no_front = .false.
+    xi = lines(surface%axes(1), samples_per_element)
+    eta = lines(surface%axes(2), samples_per_element)
+    do j = 1, size(eta)
+      do i = 1, size(xi)
+        call evaluate_surface(surface, [xi(i), eta(j)], x, d1)
+        across = cross(d1(:, 1), d1(:, 2))
+        if (abs(across(axis)) > flat*norm2(d1(:, 1))*norm2(d1(:, 2))) return
+      end do
+    end do
+    has_no_front = .true.
+  end function has_no_front
 
   !> What of a polygon lies no farther from the box of the sheet than this is long: all that counts.
   !! Refused are curves with nothing there, and such that leave the box and may not.
@@ -427,7 +469,7 @@ contains
     real(wp), intent(inout) :: at(2)
     logical, intent(out) :: is_found
     integer, parameter :: most = 30
-    real(wp), parameter :: near = 1.0e-11_wp, flat = 1.0e-3_wp
+    real(wp), parameter :: near = 1.0e-11_wp
     real(wp), parameter :: longest = 0.2_wp         ! step, of the range of the knots
     real(wp) :: x(3), d1(3, 2), inside(2), lack(2), step(2), det, range(2)
     integer :: i, a
