@@ -45,7 +45,7 @@ def draw(results):
             panels[0].set_title(step.title, fontsize=9)
     first = columns[:, 0]
     first[0].set_ylabel(f"energy [{results.unit('history/external_work')}]")
-    first[1].set_ylabel("energy error [%]")
+    first[1].set_ylabel("energy error\n[% of the largest]")
     if results.tools:
         first[2].set_ylabel(f"tool force [{results.unit(f'tools/{results.tools[0]}/force')}]")
     for panel in columns[::2, -1]:
@@ -60,7 +60,7 @@ def draw_step(results, time, samples, panels):
         values = results.history(name)
         if np.any(values):
             panels[0].plot(time, values[samples], style, label=label)
-    panels[1].plot(time, 100 * results.history("energy_error")[samples], color=BLANK)
+    panels[1].plot(time, 100 * results.balance_error()[samples], color=BLANK)
     for i, tool in enumerate(results.tools):
         axis = main_axis(results, tool)
         panels[2].plot(results.tool_history(tool, "time")[own],

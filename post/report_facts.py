@@ -121,7 +121,9 @@ def quality(results):
     last = len(results.times) - 1
     thickness = float(np.nanmedian(results.patches[0].field("thickness", 0)))
     mass = float(results.file["provenance/blank_mass"][()])
-    yield "largest energy error", percent(np.abs(results.history("energy_error")).max())
+    error = np.abs(results.balance_error())
+    at = f"{results.history('time')[error.argmax()]:.4g} {results.unit('history/time')}"
+    yield "largest energy error", f"{percent(error.max())} of the largest energy, at {at}"
     for name, where in (("max_penetration", "at contact points"),
                         ("true_penetration", "between contact points too")):
         if name in results.file["history"]:

@@ -176,6 +176,15 @@ class Results:
     def history(self, name):
         return self.file["history"][name][:]
 
+    def balance_error(self):
+        """Energy that the balance lacks at each sample, over the largest energy of the run.
+        The column energy_error is relative to the energies of its time, next to nothing at first.
+        """
+        kinetic, internal, work = map(self.history, ("kinetic_energy", "internal_energy",
+                                                     "external_work"))
+        scale = np.maximum(np.maximum(np.abs(work), kinetic + internal), kinetic[:1])
+        return self.history("energy_error") * scale / max(scale.max(initial=0.0), 1e-300)
+
     def tool_history(self, tool, name):
         return self.file["tools"][tool][name][:]
 

@@ -53,7 +53,7 @@ class Judge:
             columns = {"control_points": int(np.prod(results.n_elements + results.degrees)),
                        "mean_plastic_strain": strain, "external_work": float(sheet.work[-1]),
                        "penetration_error": 100 * sheet.penetration(),
-                       "energy_error": 100 * float(np.abs(results.history("energy_error")).max())}
+                       "energy_error": 100 * float(np.abs(results.balance_error()).max())}
             columns |= timings(results)
             if self.facts:
                 columns |= self.against_facts(sheet, strain)

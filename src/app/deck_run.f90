@@ -368,9 +368,10 @@ contains
     real(wp), parameter :: small = 0.1_wp
     real(wp), parameter :: round_off = 1.0e-9_wp   ! of the largest energy
 
-    call log_line(log, "energy     largest balance error in the history "// &
-                  rounded_text(100*run%history_error)//" % of the energies at that time, step "// &
-                  to_text(run%history_error_step)//", time "//rounded_text(run%history_error_time))
+    call log_line(log, "energy     largest balance error "// &
+                  rounded_text(100*run%largest_lack/max(run%peak_energy, tiny(1.0_wp)))// &
+                  " % of the largest energy of the run, step "//to_text(run%lack_step)// &
+                  ", time "//rounded_text(run%lack_time))
     call log_line(log, "energy     largest balance error "// &
                   rounded_text(100*run%largest_error)//" % of the largest energy up to its "// &
                   "time, or of the blank's at the speed of a tool; *ENERGY LIMIT takes this "// &

@@ -38,7 +38,8 @@ module energy_balance
     real(wp) :: kinetic_at_start = 0.0_wp, momentum_at_start(3) = 0.0_wp
     real(wp) :: kinetic = 0.0_wp, momentum(3) = 0.0_wp   !! at the last balance
     real(wp) :: angular_momentum(3) = 0.0_wp             !! about the origin, likewise
-    real(wp) :: error = 0.0_wp          !! of the energy, relative to the energies now
+    real(wp) :: scale = 0.0_wp          !! largest of the energies now, see `take_balance`
+    real(wp) :: error = 0.0_wp          !! of the energy, relative to it
     real(wp) :: alarm = 0.0_wp          !! the same, relative to `reference`
     real(wp) :: reference = 0.0_wp      !! largest energy so far, see `take_balance`
     real(wp) :: momentum_error = 0.0_wp !! momentum gained but not given, relative
@@ -134,6 +135,7 @@ contains
       lack = balance%kinetic + balance%tally%tool_energy + balance%internal + balance%viscous &
              + balance%tally%contact_energy + balance%tally%friction_energy &
              + balance%tally%damping_energy - work - balance%kinetic_at_start
+      balance%scale = scaling
       balance%error = lack/scaling
       balance%alarm = lack/balance%reference
       lost = balance%momentum - balance%momentum_at_start - balance%impulse

@@ -509,7 +509,7 @@ contains
     type(results_t), intent(inout) :: results
     real(wp), parameter :: fraction = 0.01_wp  ! of the time of the run that measuring may take
     real(wp), parameter :: cost = 20.0_wp      ! of a sample, in points of integration and steps
-    real(wp) :: elastic, part
+    real(wp) :: elastic, part, lack
     integer :: p, n_points, n_samples
 
     elastic = model%bodies%blank%joints%energy
@@ -533,11 +533,13 @@ contains
     if (run%n_steps > 0) then   ! a NaN counts as largest
       if (.not. abs(run%balance%alarm) <= run%largest_error) &
         run%largest_error = abs(run%balance%alarm)
-      if (.not. abs(run%balance%error) <= abs(run%history_error)) then
-        run%history_error = run%balance%error
-        run%history_error_time = run%instant%time
-        run%history_error_step = run%n_steps
+      lack = run%balance%error*run%balance%scale
+      if (.not. abs(lack) <= abs(run%largest_lack)) then
+        run%largest_lack = lack
+        run%lack_time = run%instant%time
+        run%lack_step = run%n_steps
       end if
+      run%peak_energy = max(run%peak_energy, run%balance%scale)
     end if
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
     call forget_depths(model%forces)

@@ -42,9 +42,10 @@ module run_state
     logical :: has_warned_of_shear = .false. !! too large for the law
     logical :: has_warned_of_buckling = .false.   !! in static steps
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
-    real(wp) :: history_error = 0.0_wp       !! largest in the history, by the energies of its time
-    real(wp) :: history_error_time = 0.0_wp
-    integer(int64) :: history_error_step = 0
+    real(wp) :: largest_lack = 0.0_wp        !! of the energy balance, in the history [energy]
+    real(wp) :: lack_time = 0.0_wp           !! of it
+    integer(int64) :: lack_step = 0
+    real(wp) :: peak_energy = 0.0_wp         !! largest in the history, see `take_balance`
     real(wp) :: largest_penetration = 0.0_wp
     real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a retry
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
@@ -168,9 +169,10 @@ contains
     call carry(store, "n_steps", run%n_steps)
     call carry(store, "step_factor", run%step_factor)
     call carry(store, "largest_error", run%largest_error)
-    call carry(store, "history_error", run%history_error)
-    call carry(store, "history_error_time", run%history_error_time)
-    call carry(store, "history_error_step", run%history_error_step)
+    call carry(store, "largest_lack", run%largest_lack)
+    call carry(store, "lack_time", run%lack_time)
+    call carry(store, "lack_step", run%lack_step)
+    call carry(store, "peak_energy", run%peak_energy)
     call carry(store, "largest_penetration", run%largest_penetration)
     call carry(store, "largest_rate", model%bodies%blank%report%largest_rate)
     call carry(store, "internal_work", model%bodies%blank%report%internal_work)

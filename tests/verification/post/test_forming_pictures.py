@@ -321,8 +321,8 @@ class TestReport(unittest.TestCase):
                         "Forces of the tools", "Energies", "Springback", "Deck"):
             self.assertIn(heading, self.page.headings)
         for words in ("u_bend.key", "115 elements", "step 1 draw", "step 2 release", "by force",
-                      "warning: with masses scaled", "70 x the modelled part", "degrees released",
-                      "*BLANK, NAME=sheet"):
+                      "warning: with masses scaled", "% of the largest energy, at",
+                      "70 x the modelled part", "degrees released", "*BLANK, NAME=sheet"):
             self.assertIn(words, self.page.words)
         self.assertNotIn("not drawn", self.page.words)
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -39,6 +40,18 @@ class Known(unittest.TestCase):
         for kind, path in self.paths.items():
             with self.subTest(kind), Results(path) as results:
                 yield results
+
+
+class TestBalance(unittest.TestCase):
+    def test_errors_are_parts_of_the_largest_energy(self):
+        """Half of next to nothing at first, a tenth of the energy in between; at the end the sheet
+        has given most of it back."""
+        columns = {"kinetic_energy": [0.0, 1e-9, 10.0, 1.0], "internal_energy": [0, 1e-9, 30, 9],
+                   "external_work": [0.0, 3e-9, -50.0, 5.0], "energy_error": [0, 0.5, 0.1, -0.2]}
+        run = SimpleNamespace(history=lambda name: np.array(columns[name], float))
+        np.testing.assert_allclose(Results.balance_error(run), [0, 3e-11, 0.1, -0.04], rtol=1e-12)
+        columns["kinetic_energy"][0] = 100.0        # thrown onto the tool
+        np.testing.assert_allclose(Results.balance_error(run), [0, 0.5, 0.1, -0.2], rtol=1e-12)
 
 
 class TestResults(Known):
