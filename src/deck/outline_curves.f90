@@ -233,7 +233,8 @@ contains
     type(corners_t), intent(inout) :: curve
     integer :: n, i, first
 
-    n = max(2, ceiling(abs(turn)/smallest_turn))
+    ! A circle then is its own mirror image, by the axes and by the lines half-way between them.
+    n = 4*ceiling(abs(turn)/(4*smallest_turn))
     first = merge(0, 1, curve%n == 0)
     do i = first, n
       associate (angle => start + turn*i/n)

@@ -5,8 +5,10 @@
 !! and equations would lose their digits. Such a control point follows those of the nearest element
 !! with enough inside: its motion is that of their polynomial, continued (K. Hoellig, U. Reif and
 !! J. Wipper, Weighted extended B-spline approximation of Dirichlet problems, SIAM J. Numer. Anal.
-!! 39 (2001) 442-462), exact for polynomials of the degree on any knots. So do those just outside,
-!! which the normals of a shell's faces near the edge ask for. Others outside stay as they are.
+!! 39 (2001) 442-462), exact for polynomials of the degree on any knots. Of several elements that
+!! are equal it follows the mean, so that mirror images stay mirror images. So do control points
+!! just outside, which the normals of a shell's faces near the edge ask for. Others outside stay as
+!! they are.
 module outline_ties
   use kinds, only: wp
   use knot_vector, only: knot_vector_t
@@ -15,13 +17,19 @@ module outline_ties
 
   public :: new_outline_ties, lead_points, collect_forces, give_mass
 
-  !> Followers of one patch; n = 0: none. Points along axis 3 follow those of their own layer.
+  !> A control point, and those whose motion it follows. Points along axis 3 follow those of their
+  !! own layer.
+  type :: follower_t
+    integer :: at(2) = 0                            !! its control indices
+    integer, allocatable :: leader(:, :)            !! those of free control points, (2, any)
+    real(wp), allocatable :: coefficient(:)         !! of the motion of each
+    real(wp), allocatable :: mass_share(:)          !! part of the follower's mass that each takes
+  end type follower_t
+
+  !> Followers of one patch; n = 0: none.
   type, public :: outline_ties_t
     integer :: n = 0
-    integer, allocatable :: follower(:, :)          !! control indices, (2, n)
-    integer, allocatable :: leader(:, :)            !! first control point of the element, (2, n)
-    real(wp), allocatable :: coefficient1(:, :)     !! by its points along axis 1, (p1 + 1, n)
-    real(wp), allocatable :: coefficient2(:, :)     !! and axis 2
+    type(follower_t), allocatable :: followers(:)
     logical, allocatable :: is_free(:, :)           !! control points that move for themselves
     logical, allocatable :: is_idle(:, :)           !! those that nothing moves
     real(wp), allocatable :: share(:, :)            !! of each element that is inside
@@ -29,6 +37,9 @@ module outline_ties
                                                     !! inside and that which leads its points
     integer :: lonely(2) = 0                        !! the element that is so far from its leader
   end type outline_ties_t
+
+  !> Shares that differ by less, of themselves, are equal: curves lie in place but for round-off.
+  real(wp), parameter :: alike = 1.0e-6_wp
 
 contains
 
@@ -39,12 +50,14 @@ contains
     real(wp), intent(in) :: share(:, :)             !! of the elements that is inside
     real(wp), intent(in) :: least
     type(outline_ties_t), intent(out) :: ties
-    logical, allocatable :: is_near(:, :)
-    integer :: n(2), p(2), i, j, e(2)
+    logical, allocatable :: is_near(:, :), leads(:, :), is_nearest(:, :)
+    integer :: n(2), p(2), i, j
 
     n = axes%n_basis
     p = axes%degree
     ties%share = share
+    leads = share >= (1.0_wp - alike)*least
+    allocate (is_nearest, mold=leads)
     allocate (ties%is_free(n(1), n(2)), is_near(n(1), n(2)), source=.false.)
     do j = 1, size(first2)
       do i = 1, size(first1)
@@ -52,62 +65,113 @@ contains
         ! The normals of faces take the neighbours of a control point, and these its own.
         is_near(max(1, first1(i) - p(1) - 1):min(n(1), first1(i) + 2*p(1) + 1), &
                 max(1, first2(j) - p(2) - 1):min(n(2), first2(j) + 2*p(2) + 1)) = .true.
-        if (share(i, j) < least) cycle
+        if (.not. leads(i, j)) cycle
         ties%is_free(first1(i):first1(i) + p(1), first2(j):first2(j) + p(2)) = .true.
       end do
     end do
     ties%is_idle = .not. (is_near .or. ties%is_free)
-    ties%n = count(is_near .and. .not. ties%is_free)
-    allocate (ties%follower(2, ties%n), ties%leader(2, ties%n))
-    allocate (ties%coefficient1(p(1) + 1, ties%n), ties%coefficient2(p(2) + 1, ties%n))
-    ties%n = 0
+    allocate (ties%followers(count(is_near .and. .not. ties%is_free)))
     do j = 1, n(2)
       do i = 1, n(1)
         if (ties%is_free(i, j) .or. ties%is_idle(i, j)) cycle
         ties%n = ties%n + 1
-        e = nearest_element([i, j], first1, first2, p, share, least)
-        ties%follower(:, ties%n) = [i, j]
-        ties%leader(:, ties%n) = [first1(e(1)), first2(e(2))]
-        ties%coefficient1(:, ties%n) = continued(axes(1), first1(e(1)), i)
-        ties%coefficient2(:, ties%n) = continued(axes(2), first2(e(2)), j)
+        call find_nearest([i, j], first1, first2, p, share, leads, is_nearest)
+        call follow(axes, first1, first2, is_nearest, [i, j], ties%followers(ties%n))
       end do
     end do
+    call find_farthest(first1, first2, p, leads, ties)
+  end subroutine new_outline_ties
+
+  !> How far an element with something inside is from those that lead its control points.
+  pure subroutine find_farthest(first1, first2, p, leads, ties)
+    integer, intent(in) :: first1(:), first2(:), p(2)
+    logical, intent(in) :: leads(:, :)
+    type(outline_ties_t), intent(inout) :: ties
+    logical :: is_nearest(size(leads, 1), size(leads, 2))
+    integer :: i, j, away
+
     do j = 1, size(first2)
       do i = 1, size(first1)
-        if (share(i, j) <= 0.0_wp .or. share(i, j) >= least) cycle
-        e = nearest_element([first1(i), first2(j)] + p/2, first1, first2, p, share, least)
-        if (maxval(abs(e - [i, j])) <= ties%farthest) cycle
-        ties%farthest = maxval(abs(e - [i, j]))
+        if (ties%share(i, j) <= 0.0_wp .or. leads(i, j)) cycle
+        call find_nearest([first1(i), first2(j)] + p/2, first1, first2, p, ties%share, leads, &
+                          is_nearest)
+        away = maxval(abs(findloc(is_nearest, .true.) - [i, j]))
+        if (away <= ties%farthest) cycle
+        ties%farthest = away
         ties%lonely = [i, j]
       end do
     end do
-  end subroutine new_outline_ties
+  end subroutine find_farthest
 
-  !> The element nearest to a control point among those with at least `least` inside, by numbers
-  !! along both axes. Of several, one straight along an axis: what is held at an edge of the sheet
-  !! then follows what is held there; of these the one with the most inside, which is the stiffest.
-  pure function nearest_element(at, first1, first2, p, share, least) result(element)
+  !> The elements nearest to a control point among those that lead, by numbers along both axes. Of
+  !! several, those straight along an axis: what is held at an edge of the sheet then follows what
+  !! is held there; of these the ones with the most inside, which are the stiffest.
+  pure subroutine find_nearest(at, first1, first2, p, share, leads, is_nearest)
     integer, intent(in) :: at(2), first1(:), first2(:), p(2)
-    real(wp), intent(in) :: share(:, :), least
-    integer :: element(2), i, j, away(2), distance, best
+    real(wp), intent(in) :: share(:, :)
+    logical, intent(in) :: leads(:, :)
+    logical, intent(out) :: is_nearest(:, :)
+    integer :: away1(size(first1)), away2(size(first2)), i, j, best
+    real(wp) :: most
 
-    element = 1
+    away1 = max(first1 - at(1), at(1) - first1 - p(1), 0)**2
+    away2 = max(first2 - at(2), at(2) - first2 - p(2), 0)**2
     best = huge(1)
     do j = 1, size(first2)
       do i = 1, size(first1)
-        if (share(i, j) < least) cycle
-        away(1) = max(first1(i) - at(1), at(1) - first1(i) - p(1), 0)
-        away(2) = max(first2(j) - at(2), at(2) - first2(j) - p(2), 0)
-        distance = sum(away**2)
-        if (distance > best) cycle
-        if (distance == best) then
-          if (share(i, j) <= share(element(1), element(2))) cycle
-        end if
-        best = distance
-        element = [i, j]
+        if (leads(i, j)) best = min(best, away1(i) + away2(j))
       end do
     end do
-  end function nearest_element
+    most = 0.0_wp
+    do j = 1, size(first2)
+      do i = 1, size(first1)
+        is_nearest(i, j) = leads(i, j) .and. away1(i) + away2(j) == best
+        if (is_nearest(i, j)) most = max(most, share(i, j))
+      end do
+    end do
+    is_nearest = is_nearest .and. share >= (1.0_wp - alike)*most
+  end subroutine find_nearest
+
+  !> The mean of the polynomials of some elements, at a control point. Its mass goes to the nearest
+  !! control point of each of these, whole, so that all masses stay positive.
+  pure subroutine follow(axes, first1, first2, is_followed, at, follower)
+    type(knot_vector_t), intent(in) :: axes(2)
+    integer, intent(in) :: first1(:), first2(:)     !! first control point of each element
+    logical, intent(in) :: is_followed(:, :)        !! each element
+    integer, intent(in) :: at(2)
+    type(follower_t), intent(out) :: follower
+    real(wp), dimension(axes(1)%n_basis, axes(2)%n_basis) :: coefficient, mass_share
+    integer :: i, j, k, l, low(2), heir(2), p(2), n
+    real(wp) :: one(axes(2)%degree + 1)
+
+    p = axes%degree
+    n = count(is_followed)
+    coefficient = 0.0_wp
+    mass_share = 0.0_wp
+    do j = 1, size(first2)
+      if (.not. any(is_followed(:, j))) cycle
+      one = continued(axes(2), first2(j), at(2))/n
+      do i = 1, size(first1)
+        if (.not. is_followed(i, j)) cycle
+        low = [first1(i), first2(j)]
+        associate (part => coefficient(low(1):low(1) + p(1), low(2):low(2) + p(2)))
+          part = part + spread(continued(axes(1), low(1), at(1)), 2, p(2) + 1) &
+                 *spread(one, 1, p(1) + 1)
+        end associate
+        heir = min(max(at, low), low + p)
+        mass_share(heir(1), heir(2)) = mass_share(heir(1), heir(2)) + 1.0_wp/n
+      end do
+    end do
+    associate (counts => abs(coefficient) > 0.0_wp .or. mass_share > 0.0_wp)
+      follower%at = at
+      follower%coefficient = pack(coefficient, counts)
+      follower%mass_share = pack(mass_share, counts)
+      follower%leader = reshape( &
+                        [pack(spread([(k, k=1, size(counts, 1))], 2, size(counts, 2)), counts), &
+                         pack(spread([(l, l=1, size(counts, 2))], 1, size(counts, 1)), counts)], &
+                        [2, count(counts)], order=[2, 1])
+    end associate
+  end subroutine follow
 
   !> Coefficients of the control points of an element whose polynomial has the control point i: its
   !! polar form at the knots of i (L. Ramshaw, Blossoms are polar forms, CAGD 6 (1989) 323-358).
@@ -143,19 +207,19 @@ contains
     type(outline_ties_t), intent(in) :: ties
     real(wp), intent(inout) :: field(:, :, :, :)    !! shape (n1, n2, n3, components)
     real(wp) :: value
-    integer :: t, k, c, i, j
+    integer :: t, k, c, l
 
     do c = 1, size(field, 4)
       do k = 1, size(field, 3)
         do t = 1, ties%n
-          value = 0.0_wp
-          do j = 1, size(ties%coefficient2, 1)
-            do i = 1, size(ties%coefficient1, 1)
-              value = value + ties%coefficient1(i, t)*ties%coefficient2(j, t) &
-                      *field(ties%leader(1, t) + i - 1, ties%leader(2, t) + j - 1, k, c)
+          associate (point => ties%followers(t))
+            value = 0.0_wp
+            do l = 1, size(point%coefficient)
+              value = value + point%coefficient(l) &
+                      *field(point%leader(1, l), point%leader(2, l), k, c)
             end do
-          end do
-          field(ties%follower(1, t), ties%follower(2, t), k, c) = value
+            field(point%at(1), point%at(2), k, c) = value
+          end associate
         end do
       end do
     end do
@@ -165,41 +229,45 @@ contains
   pure subroutine collect_forces(ties, field)
     type(outline_ties_t), intent(in) :: ties
     real(wp), intent(inout) :: field(:, :, :, :)
-    integer :: t, k, c, i, j
+    integer :: t, k, c
 
     do c = 1, size(field, 4)
       do k = 1, size(field, 3)
         do t = 1, ties%n
-          associate (own => field(ties%follower(1, t), ties%follower(2, t), k, c))
-            do j = 1, size(ties%coefficient2, 1)
-              do i = 1, size(ties%coefficient1, 1)
-                associate (f => field(ties%leader(1, t) + i - 1, ties%leader(2, t) + j - 1, k, c))
-                  f = f + ties%coefficient1(i, t)*ties%coefficient2(j, t)*own
-                end associate
-              end do
-            end do
-            own = 0.0_wp
-          end associate
+          call give(ties%followers(t), ties%followers(t)%coefficient, field(:, :, k, c))
         end do
       end do
     end do
   end subroutine collect_forces
 
-  !> The mass of a follower goes to the nearest control point of the element that leads it, whole,
-  !! so that all masses stay positive.
+  !> The masses of followers go to control points of the elements that lead them.
   pure subroutine give_mass(ties, mass)
     type(outline_ties_t), intent(in) :: ties
     real(wp), intent(inout) :: mass(:, :, :)
-    integer :: t, at(2), p(2)
+    integer :: t, k
 
-    p = [size(ties%coefficient1, 1), size(ties%coefficient2, 1)] - 1
-    do t = 1, ties%n
-      at = min(max(ties%follower(:, t), ties%leader(:, t)), ties%leader(:, t) + p)
-      associate (own => ties%follower(:, t))
-        mass(at(1), at(2), :) = mass(at(1), at(2), :) + mass(own(1), own(2), :)
-        mass(own(1), own(2), :) = 0.0_wp
-      end associate
+    do k = 1, size(mass, 3)
+      do t = 1, ties%n
+        call give(ties%followers(t), ties%followers(t)%mass_share, mass(:, :, k))
+      end do
     end do
   end subroutine give_mass
+
+  !> What a follower has goes to its leaders by their factors.
+  pure subroutine give(follower, factors, field)
+    type(follower_t), intent(in) :: follower
+    real(wp), intent(in) :: factors(:)
+    real(wp), intent(inout) :: field(:, :)
+    integer :: l
+
+    associate (own => field(follower%at(1), follower%at(2)))
+      do l = 1, size(factors)
+        associate (other => field(follower%leader(1, l), follower%leader(2, l)))
+          other = other + factors(l)*own
+        end associate
+      end do
+      own = 0.0_wp
+    end associate
+  end subroutine give
 
 end module outline_ties

@@ -139,7 +139,7 @@ contains
     class(element_t), intent(in) :: element
     integer, intent(inout) :: n                   !! ties so far
     type(tie_t), intent(inout) :: ties(:)
-    integer :: t, c, k, i, j, size_of(3), m
+    integer :: t, c, k, l, size_of(3)
 
     size_of = shape(element%mass)
     associate (edge => element%ties)
@@ -147,21 +147,10 @@ contains
         do k = 1, size_of(3)
           do c = 1, 3
             n = n + 1
-            ties(n)%component = component_at(edge%follower(:, t))
-            m = count(abs(spread(edge%coefficient1(:, t), 2, size(edge%coefficient2, 1)) &
-                          *spread(edge%coefficient2(:, t), 1, size(edge%coefficient1, 1))) > 0.0_wp)
-            allocate (ties(n)%leaders(m), ties(n)%coefficients(m))
-            m = 0
-            do j = 1, size(edge%coefficient2, 1)
-              do i = 1, size(edge%coefficient1, 1)
-                associate (factor => edge%coefficient1(i, t)*edge%coefficient2(j, t))
-                  if (.not. abs(factor) > 0.0_wp) cycle
-                  m = m + 1
-                  ties(n)%leaders(m) = component_at(edge%leader(:, t) + [i, j] - 1)
-                  ties(n)%coefficients(m) = factor
-                end associate
-              end do
-            end do
+            ties(n)%component = component_at(edge%followers(t)%at)
+            ties(n)%coefficients = edge%followers(t)%coefficient
+            ties(n)%leaders = [(component_at(edge%followers(t)%leader(:, l)), &
+                                l=1, size(ties(n)%coefficients))]
           end do
         end do
       end do

@@ -62,7 +62,6 @@ contains
           call carry_point(old_points, from, b, l, k, points)
           if (cut_number(patch, block) > 0) cycle
           points%metric(l, :, k, b) = old_points%metric(from(2), :, from(3), from(1))
-          points%volume(l, k, b) = old_points%volume(from(2), from(3), from(1))
         end do
       end do
       points%is_pressed(b) = maxval(abs(points%normal(:, :, :, b))) > 0.0_wp

@@ -1,6 +1,7 @@
 """Shells and solids inside outlines that cut their elements.
 
-A strip in tension has the same stress everywhere, whatever slivers its edges leave. Free disks have
+A strip in tension has the same stress everywhere, whatever slivers its edges leave. What is
+symmetric stays so. Free disks have
 the frequencies of plates (A. W. Leissa, Vibration of Plates, NASA SP-160, 1969, sec. 2.1.3), worked
 out here from the frequency equation of two nodal diameters; masses summed by rows give an error
 that falls with the square of the elements. Solids shear and twist at the edge, as plates do not:
@@ -59,6 +60,26 @@ def strips(case, element):
         values = values[np.isfinite(values)]
         case.deviation(f"stress of the strip, {element}, degree {p}, edge at {low}: farthest from "
                        "its value", np.abs(values / stress - 1).max(), 2e-6)
+
+
+def mirrored(case, element, **settings):
+    """A square with a hole in its middle, pulled at all sides, equals its mirror images by the
+    axes and by the line between them, whatever elements the hole cuts."""
+    run = case.run("outline_hole", element=element, **settings)
+    fields = {name: run.fields[name] for name in ("thinning", "mises", "major_strain")}
+    fields["displacement"] = run.points - run.start
+    is_left = run.fields["edge_distance"] > 0
+    key = np.round(run.start, 6) + 0.0
+    order = np.lexsort(key.T)
+    worst = 0.0
+    for matrix in (np.diag([-1, 1, 1]), np.diag([1, -1, 1]), np.eye(3)[[1, 0, 2]]):
+        image = np.lexsort((key @ matrix + 0.0).T)
+        for values in fields.values():
+            turned = values @ matrix if values.ndim == 2 else values
+            apart = np.abs(turned[image] - values[order])[is_left[order]]
+            worst = max(worst, apart.max() / np.abs(values[is_left]).max())
+    case.deviation(f"fields of a square with a hole, {element}, {settings}, against those of its "
+                   "mirror images", worst, 2e-8)
 
 
 def loads(case, element):
@@ -143,6 +164,8 @@ def main():
     lines, ends = [], []
     for element, style in ((SHELLS, "o-"), (SOLIDS, "s--")):
         strips(case, element)
+        mirrored(case, element)
+        mirrored(case, element, p=3, n=15)
         loads(case, element)
         flight(case, element)
         sizes, errors = disks(case, element, exact)
