@@ -3,15 +3,16 @@ module outline_curves
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: origin_t, error_list_t, add_error
-  use text, only: to_text, rounded_text, place_text
-  use outline, only: polygon_t, add_polygon, signed_area
+  use text, only: to_text, rounded_text, place_text, counted
+  use outline, only: polygon_t, region_t, add_polygon, new_region, signed_area
   use polygon_crossings, only: crossing_t, find_crossing
   use point_spline, only: spline_corners
   use scene, only: outline_spec_t
   implicit none
   private
 
-  public :: end_curve, add_corner, add_arc, arc_through, add_spline, check_curves, plane_of
+  public :: end_curve, add_corner, add_arc, arc_through, add_spline, check_curves, &
+            check_pieces, plane_of
 
   !> Angle between the corners of an arc: they lie off it by less than 1e-8 of its radius.
   real(wp), parameter :: smallest_turn = 2.5e-4_wp
@@ -137,6 +138,33 @@ contains
       end if
     end associate
   end subroutine check_curves
+
+  !> Refuse curves that leave more pieces than the deck names: a hole in a wrong place would be one
+  !! without a word. The largest are those that are meant.
+  subroutine check_pieces(outline, errors)
+    type(outline_spec_t), intent(in) :: outline
+    type(error_list_t), intent(inout) :: errors
+    type(region_t) :: region
+    real(wp) :: areas(size(outline%polygons)), middle(2)
+    integer :: p, n, n_more
+
+    call new_region(region, outline%polygons, outline%is_outside)
+    areas = [(signed_area(region%polygons(p)%corners), p=1, size(areas))]
+    if (outline%is_outside) areas = -areas             ! what is around all of them is one more
+    n = count(areas > 0.0_wp) + merge(1, 0, outline%is_outside)
+    if (n < outline%n_pieces) call add_error(errors, outline%origin, "PIECES="// &
+      to_text(outline%n_pieces)//" and curves that leave "//counted(n, "piece"), &
+      "as many curves, each around a piece of its own, or PIECES="//to_text(n))
+    do n_more = 1, n - outline%n_pieces
+      p = minloc(areas, 1, areas > 0.0_wp)
+      areas(p) = 0.0_wp
+      middle = 0.5_wp*(region%boxes(:, 1, p) + region%boxes(:, 2, p))
+      call add_error(errors, outline%origins(p), "a curve that leaves a piece apart from the "// &
+                     "others, around "//place_text(in_space(middle, outline%axis)), &
+                     "a curve within another one, for a hole; or PIECES="//to_text(n)// &
+                     ", if the pieces are meant")
+    end do
+  end subroutine check_pieces
 
   !> The same curve twice is one within the other nowhere.
   subroutine refuse_twins(outline, has_twins, errors)

@@ -2,13 +2,13 @@
 module outline_keywords
   use kinds, only: wp
   use failure, only: error_t
-  use input_errors, only: error_list_t, add_error
+  use input_errors, only: error_list_t, add_error, n_errors
   use scene, only: scene_t, outline_spec_t
-  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, field_real, &
-                          field_word, is_filled, is_option_given, deck_context_t, step_of, &
-                          line_origin
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
+                          field_real, field_word, is_filled, is_option_given, deck_context_t, &
+                          step_of, line_origin
   use outline_curves, only: corners_t, end_curve, add_corner, add_arc, arc_through, add_spline, &
-                            check_curves
+                            check_curves, check_pieces
   use outline_files, only: read_outline_file
   implicit none
   private
@@ -28,7 +28,7 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(outline_spec_t), allocatable :: outlines(:)
     integer, allocatable :: found(:)
-    integer :: i, n
+    integer :: i, n, n_before
 
     n = size(find_records(deck, "BLANK OUTLINE"))
     found = [find_records(deck, "BLANK OUTLINE"), find_records(deck, "TRIM")]
@@ -46,12 +46,15 @@ contains
         outline%axis = index("XYZ", option_text(record, "DIRECTION"))
         allocate (outline%polygons(0), outline%origins(0), outline%notes(0))
         if (.not. record%is_valid) cycle
+        outline%n_pieces = option_integer(record, "PIECES")
+        n_before = n_errors(errors)
         if (record%n_lines == 0 .and. .not. is_option_given(record, "INPUT")) &
           call add_error(errors, record%origin, "0 data lines and no option INPUT", &
                          "curves on data lines, or INPUT=file.csv or file.igs")
         call read_outline_file(record, scene, outline, errors)
         call read_curves(deck, record, outline, errors)
         call check_curves(outline, errors)
+        if (n_errors(errors) == n_before) call check_pieces(outline, errors)
       end associate
     end do
     call move_alloc(outlines, scene%outlines)

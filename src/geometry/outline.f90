@@ -43,13 +43,13 @@ contains
 
     region%is_outside = is_outside
     region%polygons = polygons
+    call set_boxes(region)
     do p = 1, size(polygons)
       associate (corners => polygons(p)%corners)
-        if ((mod(n_around(polygons, p), 2) == 0) .eqv. (signed_area(corners) > 0.0_wp)) cycle
+        if ((mod(n_around(region, p), 2) == 0) .eqv. (signed_area(corners) > 0.0_wp)) cycle
         region%polygons(p)%corners = corners(:, size(corners, 2):1:-1)
       end associate
     end do
-    call set_boxes(region)
   end subroutine new_region
 
   pure subroutine set_boxes(region)
@@ -193,39 +193,41 @@ contains
   end function moments_of_region
 
   !> Number of other polygons around one.
-  pure integer function n_around(polygons, p) result(n)
-    type(polygon_t), intent(in) :: polygons(:)
+  pure integer function n_around(region, p) result(n)
+    type(region_t), intent(in) :: region
     integer, intent(in) :: p
     real(wp) :: place(2)
     integer :: q
 
     n = 0
-    if (size(polygons) == 1) return
-    place = place_within(polygons, p)
-    do q = 1, size(polygons)
+    if (size(region%polygons) == 1) return
+    place = place_within(region, p)
+    do q = 1, size(region%polygons)
       if (q == p) cycle
-      if (is_within(polygons(q)%corners, place)) n = n + 1
+      if (any(place < region%boxes(:, 1, q) .or. place > region%boxes(:, 2, q))) cycle
+      if (is_within(region%polygons(q)%corners, place)) n = n + 1
     end do
   end function n_around
 
   !> A place inside polygon p and inside none that it contains, on a line along the first axis
   !! through the middle of its steepest edge: half-way from its first crossing with the line to the
   !! next one of any polygon. Corners may lie on other polygons.
-  pure function place_within(polygons, p) result(place)
-    type(polygon_t), intent(in) :: polygons(:)
+  pure function place_within(region, p) result(place)
+    type(region_t), intent(in) :: region
     integer, intent(in) :: p
     real(wp) :: place(2), first, next
     integer :: k, n, q
 
-    associate (corners => polygons(p)%corners)
+    associate (corners => region%polygons(p)%corners)
       n = size(corners, 2)
       k = maxloc(abs(corners(2, :) - cshift(corners(2, :), -1)), 1)
       place(2) = 0.5_wp*(corners(2, k) + corners(2, mod(k - 2 + n, n) + 1))
       first = first_crossing(corners, place(2), -huge(first))
     end associate
     next = huge(next)
-    do q = 1, size(polygons)
-      next = min(next, first_crossing(polygons(q)%corners, place(2), first))
+    do q = 1, size(region%polygons)
+      if (place(2) < region%boxes(2, 1, q) .or. place(2) > region%boxes(2, 2, q)) cycle
+      next = min(next, first_crossing(region%polygons(q)%corners, place(2), first))
     end do
     place(1) = 0.5_wp*(first + next)
   end function place_within
