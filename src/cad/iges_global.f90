@@ -10,8 +10,8 @@ module iges_global
 
   public :: unit_in_mm, iges_global_t, read_global, token_list_t, split_tokens, token_text
 
-  !> Names that a deck may give, separated by |.
-  character(*), parameter, public :: unit_names = "MM|CM|M|KM|UM|IN|FT|MI|MIL|UIN"
+  !> Names that a deck may give, as messages and the manual list them.
+  character(*), parameter, public :: unit_names = "MM, CM, M, KM, UM, IN, FT, MI, MIL or UIN"
 
   integer, parameter :: flag_by_name = 3   !! the flag that leaves the unit to its name
 
@@ -138,7 +138,7 @@ contains
       given = token_text(tokens, 15)
       flag = unit_flag(given)
       if (flag == 0) call reject_value(file, tokens, 15, "the name of the unit", &
-                                       "one of "//unit_names)
+                                       unit_names)
     else if (flag < 1 .or. flag > size(names)) then
       call reject_value(file, tokens, 14, "the unit flag", "a whole number from 1 to 11")
       flag = 0

@@ -12,6 +12,7 @@ module outline_check
   use blank, only: blank_t
   use blank_trim, only: trim_t, loss_t, cut_blank, slit_words, slit_remedy, is_edge_on, &
                         edge_on_words
+  use outline_units, only: unit_hint
   use outline_watch, only: watched_t, is_gone
   use model, only: model_t
   implicit none
@@ -43,7 +44,7 @@ contains
           " at the start", "another DIRECTION, unless the sheet is turned before")
         reach = way_before(scene, trim%step)
         if (reach < unlimited .and. .not. is_wrong(t)) call check_meeting(trim, &
-          model%bodies%blank%parts(1)%element, reach, is_wrong(t), errors)
+          model%bodies%blank%parts(1)%element, reach, scene%units, is_wrong(t), errors)
         do i = 1, size(is_told)
           if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
           is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)
@@ -115,14 +116,16 @@ contains
   end subroutine find_last_cut
 
   !> Warn of curves to which nothing carries the sheet before their step.
-  subroutine check_meeting(trim, element, reach, is_wrong, errors)
+  subroutine check_meeting(trim, element, reach, units, is_wrong, errors)
     type(trim_t), intent(in) :: trim
     class(element_t), intent(in) :: element
     real(wp), intent(in) :: reach                 !! of the sheet [length]
+    character(*), intent(in) :: units             !! what *UNITS says
     logical, intent(out) :: is_wrong              !! there is a warning
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: all_of_it = 1.0_wp - 1.0e-9_wp
     real(wp), allocatable :: met(:, :), off(:)
+    character(:), allocatable :: remedy
     real(wp) :: low(2), high(2), x(3)
     integer :: p, i, plane(2)
 
@@ -130,6 +133,8 @@ contains
     plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
     low = [(minval(element%motion%x(:, :, :, plane(i))), i=1, 2)]
     high = [(maxval(element%motion%x(:, :, :, plane(i))), i=1, 2)]
+    remedy = unit_hint(trim, element, units)
+    if (remedy == "") remedy = "check units and DIRECTION"
     do p = 1, size(trim%polygons)
       associate (corners => trim%polygons(p)%corners)
         call cut_to_box(corners, low - reach, high + reach, met)
@@ -137,8 +142,7 @@ contains
             .and. size(trim%polygons) == 1) then
           is_wrong = .true.
           call add_warning(errors, trim%origins(p), "a curve around all of the sheet, which "// &
-                           trim_word(trim%is_outside), &
-                           "another curve or another KEEP; check units and DIRECTION")
+                           trim_word(trim%is_outside), "another curve or another KEEP; "//remedy)
         end if
         if (size(met, 2) > 0) cycle
         is_wrong = .true.
@@ -150,7 +154,7 @@ contains
       call add_warning(errors, trim%origins(p), "a curve that is "//rounded_text(minval(off))// &
                        " off the sheet at "//place_text(x)//"; before its step tools and "// &
                        "supports move the sheet by "//rounded_text(reach)//" at most", &
-                       "a curve that meets the sheet; check units and DIRECTION")
+                       "a curve that meets the sheet; "//remedy)
     end do
   end subroutine check_meeting
 

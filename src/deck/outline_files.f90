@@ -124,11 +124,12 @@ contains
     keyword = record%origin%keyword
     call read_plain_source(path, contents, error)
     if (allocated(error)) then
-      call add_error(errors, new_origin(path, 0, keyword), error%message, "a table of corners")
+      call add_error(errors, record%origin, error%message, "a table of corners")
       return
     end if
     n_before = size(outline%polygons)
     call take_unit(path, contents, record, units, unit, factor, errors)
+    if (.not. factor > 0.0_wp) return
     place = 1
     number = 0
     n_corners = 0
@@ -155,8 +156,8 @@ contains
       end if
     end do
     call end_curve(new_origin(path, number, keyword), curve, outline, errors)
-    if (n_corners == 0 .and. n_bad == 0) call add_error(errors, new_origin(path, number, keyword), &
-      "no corner in the table", "two coordinates a line")
+    if (n_corners == 0 .and. n_bad == 0) call add_error(errors, record%origin, &
+      "the table `"//path//"` without a corner", "two coordinates a line, or x, y and z")
     note%value = path
     if (unit /= "") note%value = path//", lengths in "//unit//" times "//to_text(factor)
     note%value = note%value//": "//counted(size(outline%polygons) - n_before, "closed curve")// &
@@ -170,7 +171,7 @@ contains
     character(*), intent(in) :: path, contents, units
     type(record_t), intent(in) :: record
     character(:), allocatable, intent(out) :: unit        !! empty: none
-    real(wp), intent(out) :: factor
+    real(wp), intent(out) :: factor                       !! 0: no such unit, which is an error
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: of_deck
     integer :: place
@@ -184,7 +185,7 @@ contains
       call find_unit(record, units, of_deck, errors)
       factor = unit_in_mm(unit)/unit_in_mm(of_deck)
       if (.not. factor > 0.0_wp) call add_error(errors, new_origin(path, 1, &
-        record%origin%keyword), "`"//unit//"` as the unit of lengths", "one of "//unit_names)
+        record%origin%keyword), "`"//unit//"` as the unit of lengths", unit_names)
     else if (is_option_given(record, "LENGTH")) then
       call add_error(errors, record%origin, "the option LENGTH for a table that names no unit, "// &
                      "whose lengths are those of the deck", "`"//table_mark//"MM` as its first "// &

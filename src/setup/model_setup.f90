@@ -23,6 +23,7 @@ module model_setup
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: blank_t, new_blank, columns_of
   use blank_trim, only: cut_blank, slit_words, slit_remedy
+  use outline_units, only: unit_hint
   use body_parts, only: lead_edges
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
   use boundary, only: leave_cut_points
@@ -241,6 +242,7 @@ contains
     type(model_t), intent(inout) :: model
     type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
+    character(:), allocatable :: hint
     integer :: i
 
     allocate (model%trims(0), model%watched(0))
@@ -275,16 +277,20 @@ contains
           call refuse_fixed_loads(scene, spec%step, spec%origin, errors)
           cycle
         end if
+        hint = unit_hint(trim, model%bodies%blank%parts(1)%element, scene%units)
         call cut_blank(trim, model%bodies%blank, error, trim%loss)
         if (.not. allocated(error)) then
+          if (hint /= "" .and. .not. spec%is_outside) call add_warning(errors, spec%origin, &
+            "curves that leave little of the sheet", "curves in the deck's unit of length: "//hint)
           if (.not. trim%loss%share > 0.0_wp) call add_warning(errors, spec%origin, &
             "curves that cut nothing away", "other curves, KEEP or DIRECTION")
           if (trim%loss%slit%is_there) call add_warning(errors, spec%origin, &
             slit_words(trim%loss%slit), slit_remedy(trim%loss%slit))
           cycle
         end if
+        if (hint /= "") hint = "; "//hint
         call add_error(errors, spec%origin, error%message, "curves that meet the sheet and "// &
-                       "keep a part of it")
+                       "keep a part of it"//hint)
         return
       end associate
     end do
