@@ -78,16 +78,11 @@ def strains(results, frame, layer):
         if frame == len(results.times) - 1:
             values, volume = patch.points("principal_strain"), patch.points("reference_volume")
             values, volume = layer_of(values, layer), layer_of(volume, layer)
-            is_left = patch.elements_left(frame)
-            if is_left is not None:
-                for axis in (0, 1):
-                    is_left = is_left.repeat(values.shape[axis] // is_left.shape[axis], axis=axis)
-                values, volume = values[is_left], volume[is_left]
         else:
             grid = [patch.field(name, frame)[..., 0] for name in ("major_strain", "minor_strain")]
             values = layer_of(np.stack(grid, axis=-1), layer)
-            volume = np.where(np.isfinite(values[..., 0]), 1.0, 0.0)
-        is_there = volume > 0                     # not outside an outline
+            volume = np.ones(values.shape[:-1])
+        is_there = np.isfinite(values[..., 0])    # not outside an outline
         values, volume = values[is_there], volume[is_there]
         major.append(values[..., 0].ravel())
         minor.append(values[..., 1].ravel())

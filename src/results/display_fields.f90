@@ -78,6 +78,7 @@ module display_fields
     !! nothing is left of it [length]; may be missing.
     real(wp), allocatable :: edge_distance(:, :)
     type(region_t), allocatable :: regions(:)           !! that it leaves, in parameters; likewise
+    real(wp), allocatable :: share(:, :)                !! of each element that it leaves; likewise
   end type patch_frame_t
 
   !> Where the display points of a surface of a tool are.

@@ -6,8 +6,9 @@ module frame_values
   use display_grid, only: display_directors, display_grid_t, display_thickness, display_vectors, &
                           new_display_grid
   use display_fields, only: derive_part, display_field_t, field_entry_t, fields_of, first_columns, &
-                            frame_t, n_derived_parts, output_fields, patch_view_t, tools_view_t
-  use point_geometry, only: new_point_geometry
+                            frame_t, n_derived_parts, output_fields, patch_frame_t, patch_view_t, &
+                            tools_view_t
+  use point_geometry, only: new_point_geometry, parts_of
   use tool_mesh, only: carried, new_surface_mesh, surface_mesh_t
   use vtkhdf, only: add_cells, cells_t, cells_on_grid, vtk_bezier_hexahedron, &
                     vtk_bezier_quadrilateral, vtk_lagrange_hexahedron, vtk_lagrange_quadrilateral
@@ -20,7 +21,7 @@ module frame_values
   implicit none
   private
 
-  public :: display_t, new_display, fill_values
+  public :: display_t, new_display, fill_values, blank_points
   public :: display_patch_t, display_tool_t, results_setup_t, frame_t
 
   !> A patch of the blank to be shown.
@@ -230,7 +231,12 @@ contains
     !$omp do
     do p = 1, size(display%patches)
       first = display%last(p) - size(display%patches(p)%grid%weights) + 1
-      points(first:display%last(p), :) = display%patches(p)%positions
+      associate (view => display%patches(p))
+        points(first:display%last(p), :) = view%positions
+        call blank_points(view, frame%patches(p), 1, view%eqps)
+        call blank_points(view, frame%patches(p), size(view%stress, 1), view%stress)
+        call blank_points(view, frame%patches(p), size(view%strains, 1), view%strains)
+      end associate
     end do
     !$omp end do
   end subroutine fill_values
@@ -249,6 +255,18 @@ contains
       end associate
     end do
   end subroutine blank_out
+
+  !> NaN at the integration points of elements of which an outline leaves nothing.
+  pure subroutine blank_points(view, frame, n_components, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: frame
+    integer, intent(in) :: n_components
+    real(wp), intent(inout) :: values(n_components, product(view%geometry%n))
+
+    if (.not. allocated(frame%share)) return
+    where (spread(parts_of(view%geometry%n, view%rule_size, frame%share) <= 0.0_wp, 1, &
+                  n_components)) values = ieee_value(1.0_wp, ieee_quiet_nan)
+  end subroutine blank_points
 
   subroutine fill_tools(display, frame, columns, points, values)
     type(display_t), intent(in) :: display

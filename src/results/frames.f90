@@ -16,7 +16,7 @@ module frames
   use failure, only: error_t
   use text, only: joined, strings, to_text, string_t, counted
   use frame_values, only: display_patch_t, display_tool_t, results_setup_t, frame_t, display_t, &
-                          fill_values, new_display
+                          fill_values, blank_points, new_display
   use hdf5_file, only: has_object, check_length, close_file, give_up_file, open_file, create_file, &
                        create_group, h5_uint8, flush_file, hdf5_file_t, h5_int64, &
                        link_object, place_file, h5_double, take_error, &
@@ -155,7 +155,8 @@ contains
         associate (geometry => results%display%patches(p)%geometry)
           call create_series(file, patch_folder(results, "/frames", p)//"/eqps", h5_double, &
                              geometry%n, 1, .true., "1", &
-                             "equivalent plastic strain at the integration points, all frames")
+                             "equivalent plastic strain at the integration points, all "// &
+                             "frames; NaN in elements of which an outline leaves nothing")
           call write_reals(file, folder//"/reference_position", geometry%positions, &
                            [3, geometry%n], unit_of(results%units, "length"), "positions of "// &
                            "the integration points at the start, indices (zeta, eta, xi)")
@@ -515,29 +516,32 @@ contains
   subroutine write_points(results, frame)
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
+    character(*), parameter :: nan = "; NaN in elements of which an outline leaves nothing"
     character(:), allocatable :: folder
+    real(wp), allocatable :: state(:)
     integer :: p
 
     do p = 1, size(results%display%patches)
       folder = patch_folder(results, "/points", p)
       associate (file => results%file, view => results%display%patches(p))
         call write_reals(file, folder//"/eqps", view%eqps, view%geometry%n, "1", &
-                         "equivalent plastic strain, last frame")
+                         "equivalent plastic strain, last frame"//nan)
         call write_reals(file, folder//"/stress", view%stress, [6, view%geometry%n], &
                          unit_of(results%units, "stress"), &
-                         "Cauchy stress 11, 22, 33, 12, 13, 23, last frame")
+                         "Cauchy stress 11, 22, 33, 12, 13, 23, last frame"//nan)
         if (results%n_state > 0) then
-          call write_reals(file, folder//"/statev", &
-                           point_grid(results%n_state, view%rule_size, view%grid%n_elements, &
-                                      frame%patches(p)%state), &
-                           [results%n_state, view%geometry%n], "1", &
-                           "state variables of the material, last frame")
+          state = [point_grid(results%n_state, view%rule_size, view%grid%n_elements, &
+                              frame%patches(p)%state)]
+          call blank_points(view, frame%patches(p), results%n_state, state)
+          call write_reals(file, folder//"/statev", state, [results%n_state, view%geometry%n], &
+                           "1", "state variables of the material, last frame"//nan)
           if (results%state_names /= "") &
             call write_text_attribute(file, folder//"/statev", "names", results%state_names)
         end if
         call write_reals(file, folder//"/principal_strain", view%strains, &
                          [2, view%geometry%n], "1", &
-                         "major and minor logarithmic strain in the sheet's plane, last frame")
+                         "major and minor logarithmic strain in the sheet's plane, last "// &
+                         "frame"//nan)
       end associate
     end do
   end subroutine write_points

@@ -9,7 +9,7 @@ module point_geometry
   implicit none
   private
 
-  public :: point_geometry_t, new_point_geometry, plane_strains
+  public :: point_geometry_t, new_point_geometry, plane_strains, parts_of
 
   !> Integration points of a solid in its reference configuration.
   type :: point_geometry_t

@@ -71,6 +71,10 @@ def mirrored(case, element, **settings):
     is_left = run.fields["edge_distance"] > 0
     key = np.round(run.start, 6) + 0.0
     order = np.lexsort(key.T)
+    points = run.at_points
+    is_wrong = np.isnan(points["stress"][..., 0]) != (points["reference_volume"] == 0)
+    case.deviation(f"points of integration that are NaN and not in the hole, or the other way "
+                   f"round, {element}, {settings}", np.count_nonzero(is_wrong), 0)
     worst = 0.0
     for matrix in (np.diag([-1, 1, 1]), np.diag([1, -1, 1]), np.eye(3)[[1, 0, 2]]):
         image = np.lexsort((key @ matrix + 0.0).T)
