@@ -4,7 +4,7 @@
 module iges_trims
   use kinds, only: wp
   use failure, only: error_t
-  use text, only: to_text, counted
+  use text, only: to_text, counted, place_text
   use nurbs_curve, only: nurbs_curve_t
   use nurbs_surface, only: nurbs_surface_t
   use trim_curve, only: trim_curve_t, trim_loop_t, spline_curves, max_trim_degree
@@ -124,13 +124,32 @@ contains
                   "one on the surface that it trims, at D"//to_text(2*base - 1))
     else if (curve == 0) then
       call reject_entity(model, outer%entry, "a face whose loop at D"//to_text(2*entry - 1)// &
-                         " has no curve in the parameter plane", converter)
+                         start_of_loop(model, outer%entry, values)//" has no curve in the "// &
+                         "parameter plane", converter)
     else
       curve = get_entry(model, values, 3, "the curve in the parameter plane")
       allocate (loop%curves(0))
       if (model%is_valid) call add_curves(model, curve, loop)
     end if
   end subroutine read_loop
+
+  !> Where the curve in space of a loop begins, in words; empty without such a curve.
+  function start_of_loop(model, face, loop) result(words)
+    type(iges_model_t), intent(inout) :: model
+    integer, intent(in) :: face              !! entry of the trimmed surface
+    type(values_t), intent(in) :: loop       !! of its curve on a surface
+    character(:), allocatable :: words
+    type(nurbs_curve_t) :: curve
+    integer :: entry
+
+    words = ""
+    if (loop%n < 4) return
+    if (get_integer(model, loop, 4, "the curve in space", 0, 2*size(model%entries) - 1) == 0) return
+    if (model%is_valid) entry = get_entry(model, loop, 4, "the curve in space")
+    if (model%is_valid) call read_curve(model, entry, curve)
+    if (model%is_valid) call transform(model, face, curve%points)
+    if (model%is_valid) words = ", which begins at "//place_text(curve%points(1, :))//","
+  end function start_of_loop
 
   !> Append a curve of the parameter plane, or the curves that it is made of.
   subroutine add_curves(model, entry, loop)

@@ -11,7 +11,7 @@ module blank_trim
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
-  use outline, only: polygon_t, region_t, new_region, cut_to_box
+  use outline, only: polygon_t, region_t, new_region, cut_to_box, signed_area
   use outline_slits, only: slit_t, find_slit
   use element, only: element_t
   use shell_setup, only: mid_surface
@@ -238,9 +238,9 @@ contains
     extent = maxval(box(:, 2) - box(:, 1))
     call take_near(corners, box, extent, plane, must_be_within(trim), near, error)
     if (allocated(error)) return
-    call project_pieces(surface, element, plane, extent, &
-                        pieces_of(near, per_element*extent/maxval(element%n_elements)), &
-                        places, error)
+    near = pieces_of(near, per_element*extent/maxval(element%n_elements))
+    call project_pieces(surface, element, plane, extent, near, places, error)
+    if (.not. allocated(error)) call check_meeting(surface, plane, near, places, error)
   end subroutine project
 
   !> Does the sheet, as it lies, show nothing but its edge along an axis?
@@ -280,6 +280,45 @@ contains
     has_no_front = .true.
   end function has_no_front
 
+  !> Refuse a curve beside the sheet: others of its keyword would cut, and it would do nothing.
+  subroutine check_meeting(surface, plane, corners, places, error)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: plane(2)
+    real(wp), intent(in) :: corners(:, :)             !! across the projection
+    real(wp), intent(in) :: places(:, :)              !! by parameters
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: nothing = 1.0e-9_wp        ! of its area
+    real(wp), parameter :: round_off = 1.0e-9_wp      ! of a distance
+    real(wp), allocatable :: met(:, :)
+    real(wp) :: ends(2, 2), x(3)
+    integer :: a, at
+
+    do a = 1, 2
+      associate (knots => surface%axes(a)%knots)
+        ends(a, :) = [knots(1), knots(size(knots))]
+      end associate
+    end do
+    call cut_to_box(places, ends(:, 1), ends(:, 2), met)
+    if (abs(signed_area(met)) > nothing*abs(signed_area(places))) return
+    at = minloc(norm2(max(spread(ends(:, 1), 2, size(places, 2)) - places, &
+                          places - spread(ends(:, 2), 2, size(places, 2)), 0.0_wp), 1), 1)
+    call evaluate_surface(surface, min(max(places(:, at), ends(:, 1)), ends(:, 2)), x)
+    associate (off => norm2(corners - spread(x(plane), 2, size(corners, 2)), 1))
+      call refuse_far(merge(minval(off), 0.0_wp, minval(off) > round_off*maxval(off)), &
+                      corners(:, minloc(off, 1)), plane, error)
+    end associate
+  end subroutine check_meeting
+
+  subroutine refuse_far(gap, corner, plane, error)
+    real(wp), intent(in) :: gap                       !! from the sheet [length]
+    real(wp), intent(in) :: corner(2)                 !! of the curve, the nearest
+    integer, intent(in) :: plane(2)
+    type(error_t), allocatable, intent(out) :: error
+
+    call fail(error, "a curve that does not meet the sheet: "//rounded_text(gap)// &
+              " off it at "//place_text(in_space(corner, plane)))
+  end subroutine refuse_far
+
   !> What of a polygon lies no farther from the box of the sheet than this is long: all that counts.
   !! Refused are curves with nothing there, and such that leave the box and may not.
   subroutine take_near(corners, box, extent, plane, is_within, near, error)
@@ -301,8 +340,7 @@ contains
     call cut_to_box(corners, box(:, 1) - around, box(:, 2) + around, near)
     at = merge(maxloc(beyond, 1), minloc(beyond, 1), size(near, 2) > 0)
     if (size(near, 2) == 0) then
-      call fail(error, "a curve that does not meet the sheet: "//rounded_text(beyond(at))// &
-                " off it at "//place_text(in_space(corners(:, at), plane)))
+      call refuse_far(beyond(at), corners(:, at), plane, error)
     else if (is_within .and. beyond(at) > round_off*extent) then
       call fail(error, "a curve that leaves the sheet by "//rounded_text(beyond(at))//" at "// &
                 place_text(in_space(corners(:, at), plane)))

@@ -55,12 +55,13 @@ def with_weights():
 
 
 def end_of(bench, *arguments, **options):
-    """Control points, stress at the points, and the history of the internal work."""
+    """Control points, stress at the points that are left, and the history of the internal work."""
     path = bench.run(*arguments, **options)
     with h5py.File(path) as file:
         assert len(file["nurbs/blank/outlines"]) == 2
-        return [file[name][...] for name in ("nurbs/blank/points", "points/stress",
-                                             "history/internal_energy")]
+        found = [file[name][...] for name in ("nurbs/blank/points", "points/stress",
+                                              "history/internal_energy")]
+    return [values[np.isfinite(values)] for values in found]
 
 
 def cut_solids_agree_with_built_in_laws(bench):
@@ -87,6 +88,6 @@ def cut_solids_store_the_work_that_they_do(bench):
     body = PLAIN[:PLAIN.index("*STEP, NAME=hole")].replace("{rule}", '"2,2,3"')
     path = bench.run(deck(user(STEEL, 1), body), FILES / "neo_hooke.f")
     with h5py.File(path) as file:
-        energy = np.sum(file["points/statev"][..., 0] * file["points/reference_volume"][...])
+        energy = np.nansum(file["points/statev"][..., 0] * file["points/reference_volume"][...])
         work = file["history/internal_energy"][-1]
     assert energy > 1 and abs(energy / work - 1) < 1e-3, (energy, work)
