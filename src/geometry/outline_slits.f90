@@ -4,6 +4,7 @@ module outline_slits
   use kinds, only: wp
   use knot_vector, only: knot_vector_t, breaks, span_table
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
+  use bucket_lists, only: sort_into_buckets
   use outline, only: region_t, share_along
   use region_parts, only: region_parts_t, find_parts
   implicit none
@@ -44,7 +45,8 @@ contains
     integer :: a, b, d, p, low(2), high(2), number
 
     call find_parts(region, breaks(surface%axes(1)), breaks(surface%axes(2)), share, parts)
-    call sort_segments(parts, begin, list)
+    ! Segments of each part; an owner 0 is none.
+    call sort_into_buckets(parts%n, max(1, parts%owner), parts%owner, begin, list)
     do d = 1, 2
       call find_reach(surface%axes(d), reach(d))
     end do
@@ -104,31 +106,6 @@ contains
     lines = breaks(axis)
     length = (lines(last + 1) - lines(first))/(last - first + 1)
   end function length_of
-
-  !> Segments of each part in the order of the parts.
-  pure subroutine sort_segments(parts, begin, list)
-    type(region_parts_t), intent(in) :: parts
-    integer, allocatable, intent(out) :: begin(:)     !! of each part in the list, and its end
-    integer, allocatable, intent(out) :: list(:)
-    integer, allocatable :: next(:)
-    integer :: i
-
-    allocate (begin(parts%n + 1), source=0)
-    begin(1) = 1
-    do i = 1, size(parts%owner)
-      if (parts%owner(i) > 0) begin(parts%owner(i) + 1) = begin(parts%owner(i) + 1) + 1
-    end do
-    do i = 1, parts%n
-      begin(i + 1) = begin(i) + begin(i + 1)
-    end do
-    allocate (list(begin(parts%n + 1) - 1))
-    next = begin(:parts%n)
-    do i = 1, size(parts%owner)
-      if (parts%owner(i) == 0) cycle
-      list(next(parts%owner(i))) = i
-      next(parts%owner(i)) = next(parts%owner(i)) + 1
-    end do
-  end subroutine sort_segments
 
   !> Stamp what hangs together with the first part of some elements, within `around` more elements
   !! on each side.

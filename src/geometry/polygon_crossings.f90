@@ -5,6 +5,7 @@
 module polygon_crossings
   use kinds, only: wp
   use linear_algebra, only: sorted_order
+  use bucket_lists, only: sort_into_buckets
   use outline, only: polygon_t, share_along
   implicit none
   private
@@ -53,7 +54,7 @@ contains
       first = min(n_strips, 1 + int((min(ends(1, :), ends(3, :)) - tolerance - low)/width))
       last = min(n_strips, 1 + int((max(ends(1, :), ends(3, :)) + tolerance - low)/width))
     end associate
-    call sort_into_strips(n_strips, first, last, begin, list)
+    call sort_into_buckets(n_strips, first, last, begin, list)
     do s = 1, n_strips
       do i = begin(s), begin(s + 1) - 1
         top = maxval(segments%ends([2, 4], list(i))) + tolerance
@@ -162,32 +163,6 @@ contains
     nearest = segment(:2) + t*d
     way = t*norm2(d)
   end subroutine drop
-
-  !> The segments of each strip in their order, strip after strip.
-  pure subroutine sort_into_strips(n_strips, first, last, begin, list)
-    integer, intent(in) :: n_strips, first(:), last(:)    !! strips of each segment
-    integer, allocatable, intent(out) :: begin(:)         !! of each strip in the list, and its end
-    integer, allocatable, intent(out) :: list(:)
-    integer, allocatable :: next(:)
-    integer :: i, s
-
-    allocate (begin(n_strips + 1), source=0)
-    begin(1) = 1
-    do i = 1, size(first)
-      begin(first(i) + 1:last(i) + 1) = begin(first(i) + 1:last(i) + 1) + 1
-    end do
-    do s = 1, n_strips
-      begin(s + 1) = begin(s) + begin(s + 1)
-    end do
-    allocate (list(begin(n_strips + 1) - 1))
-    next = begin(:n_strips)
-    do i = 1, size(first)
-      do s = first(i), last(i)
-        list(next(s)) = i
-        next(s) = next(s) + 1
-      end do
-    end do
-  end subroutine sort_into_strips
 
   !> Do two segments cross, each with its ends on either side of the other?
   pure logical function do_cross(a, b)

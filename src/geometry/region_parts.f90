@@ -7,6 +7,7 @@
 !! (1977) 214-222). Each closed walk is one part, so slits of any width are seen.
 module region_parts
   use kinds, only: wp
+  use bucket_lists, only: sort_into_buckets
   use outline, only: polygon_t, region_t, signed_area
   implicit none
   private
@@ -267,26 +268,18 @@ contains
     integer, intent(in) :: n(2)                        !! cells
     integer, allocatable, intent(out) :: begin(:)      !! of each cell in the list, and its end
     integer, allocatable, intent(out) :: list(:)
-    integer, allocatable :: next(:)
-    integer :: c, pass, number
+    integer :: first(pieces%n_chains), last(pieces%n_chains), c
 
-    allocate (begin(product(n) + 1), source=0)
-    do pass = 1, 2
-      do c = 1, pieces%n_chains
-        if (any(pieces%at(:, c) < 1 .or. pieces%at(:, c) > n)) cycle
-        number = pieces%at(1, c) + n(1)*(pieces%at(2, c) - 1)
-        if (pass == 1) begin(number + 1) = begin(number + 1) + 1
-        if (pass == 2) list(next(number)) = c
-        if (pass == 2) next(number) = next(number) + 1
-      end do
-      if (pass == 2) exit
-      begin(1) = 1
-      do number = 1, product(n)
-        begin(number + 1) = begin(number) + begin(number + 1)
-      end do
-      allocate (list(begin(product(n) + 1) - 1))
-      next = begin(:product(n))
+    do c = 1, pieces%n_chains
+      associate (at => pieces%at(:, c))
+        first(c) = at(1) + n(1)*(at(2) - 1)
+        last(c) = first(c)
+        if (all(at >= 1 .and. at <= n)) cycle
+        first(c) = 1                                   ! beyond the grid: in none
+        last(c) = 0
+      end associate
     end do
+    call sort_into_buckets(product(n), first, last, begin, list)
   end subroutine sort_chains
 
   !> List the parts of all cells, with their places on the borders of these.
@@ -387,7 +380,7 @@ contains
   subroutine link_parts(intervals, parts)
     type(interval_t), intent(in) :: intervals(:)       !! in the order of the parts
     type(region_parts_t), intent(inout) :: parts
-    integer, allocatable :: first(:), last(:), pairs(:, :), next(:)
+    integer, allocatable :: first(:), last(:), pairs(:, :), owners(:), others(:), order(:)
     integer :: k, i, j, m, pass
 
     allocate (first(parts%n + 1), last(parts%n + 1))
@@ -409,20 +402,10 @@ contains
       end do
       if (pass == 1) allocate (pairs(2, m))
     end do
-    allocate (parts%begin(parts%n + 1), source=0)
-    parts%begin(1) = 1
-    do k = 1, m
-      parts%begin(pairs(:, k) + 1) = parts%begin(pairs(:, k) + 1) + 1
-    end do
-    do k = 1, parts%n
-      parts%begin(k + 1) = parts%begin(k) + parts%begin(k + 1)
-    end do
-    allocate (parts%links(2*m))
-    next = parts%begin(:parts%n)
-    do k = 1, m
-      parts%links(next(pairs(:, k))) = pairs([2, 1], k)
-      next(pairs(:, k)) = next(pairs(:, k)) + 1
-    end do
+    owners = reshape(pairs, [2*m])
+    call sort_into_buckets(parts%n, owners, owners, parts%begin, order)
+    others = reshape(pairs([2, 1], :), [2*m])
+    parts%links = others(order)
 
   contains
 
