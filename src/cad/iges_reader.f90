@@ -8,6 +8,7 @@ module iges_reader
   use input_errors, only: error_list_t, new_origin, add_error, add_warning, n_errors
   use text, only: string_t, to_text, rounded_text, place_text, append_text, joined, counted
   use nurbs_surface, only: nurbs_surface_t
+  use face_extent, only: face_area, face_box
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use iges_directory, only: type_name
   use iges_model, only: iges_model_t, read_iges_model
@@ -19,7 +20,6 @@ module iges_reader
   public :: read_iges
 
   integer, parameter :: most_errors = 20   !! of surfaces that are reported
-  integer, parameter :: most_listed = 40   !! surfaces that are listed one by one
 
 contains
 
@@ -109,6 +109,7 @@ contains
                     largest*norm2(box(:, 2) - box(:, 1)))
   end function seam_tolerance
 
+  !> Lines on the file, each surface that was taken, what was left out and the joints.
   subroutine write_report(model, request, surfaces, taken, reason, seams, report)
     type(iges_model_t), intent(in) :: model
     type(iges_request_t), intent(in) :: request
@@ -117,19 +118,21 @@ contains
     type(surface_seams_t), intent(in) :: seams
     type(string_t), allocatable, intent(inout) :: report(:)
     type(string_t), allocatable :: skipped(:)
-    real(wp) :: box(3, 2)
+    real(wp), allocatable :: boxes(:, :, :)
     integer :: i
 
-    box = box_of(surfaces)
+    allocate (boxes(3, 2, size(surfaces)))
+    do i = 1, size(surfaces)
+      boxes(:, :, i) = face_box(surfaces(i))
+    end do
     call append_text(report, request%path//", lengths in "//model%global%unit//" times "// &
              to_text(length_factor(model, request))//": "//counted(size(taken), &
              "surface")//" of "//counted(size(reason), "entity", "entities"))
-    call append_text(report, "box "//place_text(box(:, 1))//" to "//place_text(box(:, 2)))
-    do i = 1, min(size(taken), most_listed)
-      call append_text(report, surface_line(model, taken(i), surfaces(i), seams%is_reversed(i)))
+    call append_text(report, box_text(minval(boxes(:, 1, :), 2), maxval(boxes(:, 2, :), 2)))
+    do i = 1, size(taken)
+      call append_text(report, surface_line(model, taken(i), surfaces(i), boxes(:, :, i), &
+                                            seams%is_reversed(i)))
     end do
-    if (size(taken) > most_listed) &
-      call append_text(report, "and "//counted(size(taken) - most_listed, "surface")//" more")
     skipped = skipped_lines(model, reason)
     do i = 1, size(skipped)
       call append_text(report, skipped(i)%value)
@@ -137,16 +140,26 @@ contains
     call append_text(report, seam_line(seams))
   end subroutine write_report
 
-  function surface_line(model, entry, surface, is_reversed) result(line)
+  !> Such as `box (0, 0, 0) to (1, 2, 3)`.
+  function box_text(low, high) result(words)
+    real(wp), intent(in) :: low(3), high(3)
+    character(:), allocatable :: words
+
+    words = "box "//place_text(low)//" to "//place_text(high)
+  end function box_text
+
+  function surface_line(model, entry, surface, box, is_reversed) result(line)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: entry
     type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: box(3, 2)
     logical, intent(in) :: is_reversed
     character(:), allocatable :: line
 
     line = "D"//to_text(2*entry - 1)//" "//type_name(model%entries(entry)%type)
     if (model%entries(entry)%label /= "") line = line//" "//model%entries(entry)%label
-    line = line//", degrees "//to_text(surface%axes(1)%degree)//" x "// &
+    line = line//", area "//rounded_text(face_area(surface))//", "//box_text(box(:, 1), &
+           box(:, 2))//", degrees "//to_text(surface%axes(1)%degree)//" x "// &
            to_text(surface%axes(2)%degree)//", "//to_text(surface%axes(1)%n_basis)//" x "// &
            to_text(surface%axes(2)%n_basis)//" control points"
     if (allocated(surface%loops)) line = line//", "//counted(size(surface%loops), "loop")
@@ -169,6 +182,7 @@ contains
            counted(count(seams%is_reversed), "surface")//" turned"
   end function seam_line
 
+  !> Around the control points of all surfaces.
   pure function box_of(surfaces) result(box)
     type(nurbs_surface_t), intent(in) :: surfaces(:)
     real(wp) :: box(3, 2)

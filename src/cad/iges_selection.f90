@@ -1,11 +1,12 @@
 !> Which entities of an IGES file become surfaces of a tool, and why the others do not.
 module iges_selection
   use kinds, only: wp
-  use input_errors, only: origin_t, add_error, add_warning
-  use text, only: string_t, to_text, nearest_name, squeezed, upper_case, counted
-  use iges_directory, only: entry_t, entry_name, type_name
+  use input_errors, only: origin_t, add_warning
+  use text, only: string_t, to_text, counted
+  use iges_directory, only: entry_t, type_name
   use iges_global, only: unit_in_mm
   use iges_model, only: iges_model_t, entry_origin, reject_entity
+  use iges_naming, only: naming_t, find_number, find_label
   implicit none
   private
 
@@ -16,8 +17,9 @@ module iges_selection
     character(:), allocatable :: path
     type(origin_t) :: origin                       !! where the deck asks
     character(:), allocatable :: unit              !! of the deck's lengths, one of `unit_names`
-    integer, allocatable :: numbers(:)             !! directory numbers of the surfaces
-    type(string_t), allocatable :: labels(:)       !! or their labels; neither: all that may be
+    type(string_t), allocatable :: numbers(:)      !! directory numbers of surfaces, or ranges
+    type(string_t), allocatable :: labels(:)       !! and labels; neither: all that may be
+    type(string_t), allocatable :: numbers_left_out(:), labels_left_out(:)   !! of these
   end type iges_request_t
 
   integer, parameter :: is_taken = 0, is_no_surface = 1, is_part = 2, is_blanked = 3, &
@@ -40,17 +42,27 @@ contains
     type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request
     integer, allocatable, intent(out) :: reason(:)   !! shape (number of entities)
+    type(naming_t) :: naming
+    logical, allocatable :: is_left_out(:)
     integer :: i
 
     allocate (reason(size(model%entries)))
     do i = 1, size(reason)
       reason(i) = nature(model%entries(i))
     end do
+    naming%path = request%path
+    naming%surfaces = hint
+    naming%origin = request%origin
+    naming%is_surface = [(any(model%entries(i)%type == [surfaces_read, bounded]), &
+                          i=1, size(reason))]
+    naming%is_free = reason == is_taken .or. reason == is_bounded
     if (size(request%numbers) > 0 .or. size(request%labels) > 0) then
-      call choose(model, request, reason)
+      call choose(model, naming, request, reason)
     else
       call warn_of_unread(model, reason)
     end if
+    is_left_out = named(model, naming, request%numbers_left_out, request%labels_left_out)
+    where (is_left_out .and. (reason == is_taken .or. reason == is_bounded)) reason = is_not_chosen
     call refuse_bounded(model, reason)
   end subroutine select_entries
 
@@ -118,30 +130,15 @@ contains
   end function nature
 
   !> Take what the deck names, blanked or not, and nothing else.
-  subroutine choose(model, request, reason)
+  subroutine choose(model, naming, request, reason)
     type(iges_model_t), intent(inout) :: model
+    type(naming_t), intent(in) :: naming
     type(iges_request_t), intent(in) :: request
     integer, intent(inout) :: reason(:)
     logical :: is_named(size(reason))
-    integer :: i, n
+    integer :: i
 
-    is_named = .false.
-    do i = 1, size(request%numbers)
-      n = request%numbers(i)
-      if (n < 1 .or. n >= 2*size(reason) .or. mod(n, 2) == 0) then
-        call add_error(model%file%errors, request%origin, "entity D"//to_text(n)//", which `"// &
-                       request%path//"` does not have", "odd directory numbers from 1 to "// &
-                       to_text(2*size(reason) - 1))
-      else if (.not. any(model%entries((n + 1)/2)%type == [surfaces_read, bounded])) then
-        call add_error(model%file%errors, request%origin, entry_name(model%entries, (n + 1)/2)// &
-                       " as a tool", hint)
-      else
-        is_named((n + 1)/2) = .true.
-      end if
-    end do
-    do i = 1, size(request%labels)
-      call find_label(model, request, request%labels(i)%value, is_named)
-    end do
+    is_named = named(model, naming, request%numbers, request%labels)
     do i = 1, size(reason)
       if (is_named(i)) then
         reason(i) = merge(is_bounded, is_taken, any(model%entries(i)%type == bounded))
@@ -151,40 +148,22 @@ contains
     end do
   end subroutine choose
 
-  !> A label that a trimmed surface shares with the one it trims, as `post cad` writes it, names the
-  !! former alone.
-  subroutine find_label(model, request, label, is_named)
+  !> Which entities numbers and labels name.
+  function named(model, naming, numbers, labels) result(is_named)
     type(iges_model_t), intent(inout) :: model
-    type(iges_request_t), intent(in) :: request
-    character(*), intent(in) :: label
-    logical, intent(inout) :: is_named(:)
-    type(string_t), allocatable :: known(:)
-    type(string_t) :: one
-    character(:), allocatable :: nearest
-    logical :: is_found(size(is_named)), is_carrier(size(is_named))
+    type(naming_t), intent(in) :: naming
+    type(string_t), intent(in) :: numbers(:), labels(:)
+    logical :: is_named(size(model%entries))
     integer :: i
 
-    is_found = .false.
-    is_carrier = model%entries%is_part .and. model%entries%type /= 144
-    allocate (known(0))
-    do i = 1, size(is_named)
-      if (.not. any(model%entries(i)%type == [surfaces_read, bounded])) cycle
-      one%value = model%entries(i)%label
-      if (squeezed(upper_case(one%value)) == squeezed(upper_case(label))) then
-        is_found(i) = .true.
-      else if (size(known) < 1000 .and. one%value /= "") then
-        known = [known, one]
-      end if
+    is_named = .false.
+    do i = 1, size(numbers)
+      call find_number(model, naming, numbers(i)%value, is_named)
     end do
-    if (any(is_found .and. .not. is_carrier)) is_found = is_found .and. .not. is_carrier
-    is_named = is_named .or. is_found
-    if (any(is_found)) return
-    nearest = nearest_name(label, known)
-    if (nearest /= "") nearest = ", did you mean "//nearest//"?"
-    call add_error(model%file%errors, request%origin, "the label "//label// &
-                   ", which no surface of `"//request%path//"` has", &
-                   "the label of a surface"//nearest)
-  end subroutine find_label
+    do i = 1, size(labels)
+      call find_label(model, naming, labels(i)%value, is_named)
+    end do
+  end function named
 
   subroutine refuse_bounded(model, reason)
     type(iges_model_t), intent(inout) :: model

@@ -4,7 +4,7 @@ module tool_keywords
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error
-  use text, only: string_t, upper_case, squeezed, read_integer, to_text, rounded_text, place_text
+  use text, only: string_t, upper_case, squeezed, to_text, rounded_text, place_text
   use name_table, only: place_of
   use text_file, only: path_beside
   use knot_vector, only: knot_vector_t
@@ -155,8 +155,8 @@ contains
     type(record_t), intent(in) :: record
     character(*), intent(in) :: type
     type(error_list_t), intent(inout) :: errors
-    character(*), parameter :: options(5) = [character(6) :: "INPUT", "LENGTH", "ENTITY", "LABEL", &
-                                             "OF"]
+    character(*), parameter :: options(7) = [character(14) :: "INPUT", "LENGTH", "ENTITY", &
+                                             "LABEL", "EXCLUDE ENTITY", "EXCLUDE LABEL", "OF"]
     character(6) :: owner
     integer :: i
 
@@ -262,8 +262,10 @@ contains
     request%origin = record%origin
     request%path = path_beside(record%origin%file, option_text(record, "INPUT"))
     call find_unit(record, units, request%unit, errors)
+    request%numbers = entries_of(option_text(record, "ENTITY"))
     request%labels = entries_of(option_text(record, "LABEL"))
-    call read_numbers(record, request%numbers, errors)
+    request%numbers_left_out = entries_of(option_text(record, "EXCLUDE ENTITY"))
+    request%labels_left_out = entries_of(option_text(record, "EXCLUDE LABEL"))
     inquire (file=request%path, exist=is_there)
     if (.not. is_there) then
       call add_error(errors, record%origin, "no file `"//request%path//"`", &
@@ -285,24 +287,6 @@ contains
     call read_iges(request, tool%surfaces, tool%notes, errors)
     path = request%path
   end subroutine read_cad_tool
-
-  subroutine read_numbers(record, numbers, errors)
-    type(record_t), intent(in) :: record
-    integer, allocatable, intent(out) :: numbers(:)
-    type(error_list_t), intent(inout) :: errors
-    type(string_t), allocatable :: words(:)
-    integer :: i, first
-    logical :: is_number
-
-    words = entries_of(option_text(record, "ENTITY"))
-    allocate (numbers(size(words)))
-    do i = 1, size(words)
-      first = merge(2, 1, upper_case(words(i)%value(1:1)) == "D" .and. len(words(i)%value) > 1)
-      call read_integer(words(i)%value(first:), numbers(i), is_number)
-      if (.not. is_number) call add_error(errors, record%origin, "`"//words(i)%value// &
-                                          "` in ENTITY", "directory numbers such as ""5,9""")
-    end do
-  end subroutine read_numbers
 
   !> Surfaces, side and notes of a tool; all others that are no offsets have been read. Without
   !! surfaces on an error.

@@ -107,6 +107,7 @@ contains
     request%origin = new_origin("test.key", 7, "*TOOL")
     request%unit = "MM"
     allocate (request%numbers(0), request%labels(0))
+    allocate (request%numbers_left_out(0), request%labels_left_out(0))
   end function new_request
 
   !> Read a file of this text.

@@ -4,6 +4,7 @@ usage: run.py IGAFORM CASE INPUT
 """
 import os
 import pathlib
+import re
 import resource
 import shutil
 import subprocess
@@ -69,8 +70,7 @@ def strip_of_cad_dies(igaform, folder, inputs):
     call(igaform, strip, "--out", table, "--quiet", *settings(**STRIP))
     (decks / "channel" / "dies.inc").write_text("".join(lines))
     told = call(igaform, strip, "--check", *settings(**STRIP))
-    assert "D1 rational B-spline surface upper di, degrees 2 x 2, 22 x 12 control points" in told, \
-        told
+    assert re.search("D1 rational B-spline surface upper di, area .* 2 x 2, 22 x 12", told), told
     call(igaform, strip, "--out", cad, "--quiet", *settings(**STRIP))
     assert "tool lower die from" in (folder / "cad.log").read_text()
     first, second = (numbers(path, "history", "points", "nurbs", "tools") for path in (table, cad))
