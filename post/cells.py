@@ -95,10 +95,16 @@ def triangles_of(corners):
 
 
 def clip(points, triangles, height):
-    """The part of a surface where the height of its points is not negative. Columns of the points
+    """The part of a surface where the height of its points is positive. Columns of the points
     behind the third are fields, which are carried along."""
+    return clip_with_border(points, triangles, height)[:2]
+
+
+def clip_with_border(points, triangles, height):
+    """As `clip`, and the edges (m, 2) of its triangles along which it was cut."""
     height = np.where(np.abs(height) < 1e-9 * np.ptp(points[:, :3]), 0.0, height)
-    parts, n = [points], len(points)
+    triangles = triangles[(height > 0)[triangles].any(axis=1)]   # others touch it at most
+    parts, n, border = [points], len(points), []
     inside = (height >= 0)[triangles]
     kept = [triangles[inside.all(axis=1)]]
     for count in (1, 2):          # corners inside; the one that differs from the others goes first
@@ -109,10 +115,11 @@ def clip(points, triangles, height):
         parts += [points[a] + share * (points[end] - points[a])
                   for share, end in zip(shares, (b, c))]
         ab, ac = (n + np.arange(len(crossed)) + k * len(crossed) for k in range(2))
+        border.append(np.stack([ab, ac], axis=1))
         kept += [np.stack([a, ab, ac], axis=1)] if count == 1 else \
             [np.stack([ab, b, c], axis=1), np.stack([ab, c, ac], axis=1)]
         n += 2 * len(crossed)
-    return np.concatenate(parts), np.concatenate(kept)
+    return np.concatenate(parts), np.concatenate(kept), np.concatenate(border)
 
 
 def cut(points, corners, origin, normal):

@@ -142,9 +142,8 @@ class Outline:
                 element = np.clip((line - 1e-9).astype(int), 0, n[axis] - 1) + 1
                 beside = 1 if end == 0 else n[1 - axis]
                 there = is_left[beside, element] if axis == 0 else is_left[element, beside]
-                distance = patch.sample("edge_distance", 0, xi if axis == 0 else [end],
-                                        [end] if axis == 0 else eta, [0])[0].reshape(-1)
-                there = there & (distance > 0)
+                there = there & (patch.inside(0, xi if axis == 0 else [end],
+                                              [end] if axis == 0 else eta).ravel() > 0)
                 cuts = np.flatnonzero(np.diff(there.astype(int))) + 1
                 lines += [(patch, part, None) for part, kept in
                           zip(np.split(places, cuts), np.split(there, cuts))

@@ -282,6 +282,12 @@ class Patch:
         return np.all([is_there[i:is_there.shape[0] - d + i:d, j:is_there.shape[1] - d + j:d]
                        for i in (0, d) for j in (0, d)], axis=0)
 
+    def inside(self, frame, xi, eta):
+        """How far places (eta, xi) lie inside of an outline: unlike a sampled field as smooth as
+        the cells, so that its zeros follow a curve."""
+        distance = np.nan_to_num(self.field("edge_distance", frame)[0], nan=-1e30)
+        return cells.evaluate_grid(distance, None, (eta, xi), self.cell_degrees[1:])[..., 0]
+
     def points(self, name):
         """A dataset of /points of this patch, on the grid of the integration points."""
         group = self.results.file["points"]
@@ -292,8 +298,8 @@ class Patch:
         as the cells have them, scalars stay in the range of their nodes."""
         values = self.field(name, frame)
         if self.elements_left(frame) is not None:
-            # Nodes that no element has left: beyond any edge, and no value.
-            values = np.nan_to_num(values, nan=-1e30 if name == "edge_distance" else 0.0)
+            # Nodes that no element has left.
+            values = np.nan_to_num(values)
         if values.shape[-1] == 1:
             return cells.interpolate_grid(values, (zeta, eta, xi), self.cell_degrees)
         weights = self.field("RationalWeights", frame) if self.results.is_bezier else None

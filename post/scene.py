@@ -3,16 +3,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from post.cells import clip, triangles_of
+from post.cells import clip, clip_with_border, triangles_of
 from post.style import tool_colour
 
 MOST_FACETS = 40000     # quadrilaterals of a face of the sheet
 MOST_OF_TOOLS = 20000   # of all tools
 SHEET_PARTS = 4         # cuts of an element along and across the sheet, at most
+CUT_PARTS = 8           # of one with an outline
 TOOL_PARTS = 12         # cuts of a tool's cell, at most
 MOST_ELEMENTS = 5000    # along and across the sheet, for lines between them to be seen
 SAMPLES = 2000          # points of the sheet that are compared with
 TRIANGLES = 1000        # so many of a tool
+SAME = 1e-6             # of the size of the sheet: what is so near to a plane lies in it
 
 
 @dataclass
@@ -42,17 +44,23 @@ class Scene:
         self.tools = tool_parts(results, frame)
 
     def mirror(self, axis, place):
-        """Add the image of everything behind a plane; tools end at the plane."""
+        """Add the image of everything behind a plane; tools end at the plane, and what lies in it
+        is inside of the whole."""
         side = 1.0 if self.middle[:, axis].mean() > place else -1.0
         for part in self.tools:
             part.points, part.triangles = clip(part.points, part.triangles,
                                                side * (part.points[:, axis] - place))
+        in_plane = SAME * np.ptp(self.middle)
+        is_off = np.abs(self.sheet.points[:, axis] - place) > in_plane
+        self.sheet.triangles = self.sheet.triangles[is_off[self.sheet.triangles].any(axis=1)]
         for part in [self.sheet, *self.tools]:
             n = len(part.points)
             part.triangles = np.concatenate([part.triangles, n + part.triangles[:, ::-1]])
             part.points = np.concatenate([part.points, reflected(part.points, axis, place)])
         self.sheet.values = np.tile(self.sheet.values, 2)
-        self.lines += [reflected(lines, axis, place) for lines in self.lines]
+        for lines in list(self.lines):
+            is_off = np.abs(lines[..., axis] - place).max(axis=1) > in_plane
+            self.lines.append(reflected(lines[is_off], axis, place))
         self.middle = np.concatenate([self.middle, reflected(self.middle, axis, place)])
 
     def box(self, view):
@@ -106,54 +114,74 @@ def reflected(points, axis, place):
     return image
 
 
-def sheet_parts(results, most=SHEET_PARTS):
+def sheet_parts(results, most=None):
     """Cuts of an element of the sheet along and across it."""
+    if most is None:
+        is_cut = any(patch.elements_left(0) is not None for patch in results.patches)
+        most = CUT_PARTS if is_cut else SHEET_PARTS
     n_elements = sum(np.prod(patch.n_elements[:2]) for patch in results.patches)
     return int(np.clip(np.sqrt(MOST_FACETS / n_elements), 1, most))
 
 
-def sheet_skin(results, frame, field, most_parts=SHEET_PARTS):
-    """The six faces of each patch with the field on them."""
+def sheet_skin(results, frame, field, most_parts=None):
+    """The faces and edges of each patch with the field on them."""
     n_parts = sheet_parts(results, most_parts)
-    points, triangles, values, n = [], [], [], 0
+    points, triangles, n = [], [], 0
     for patch in results.patches:
-        for places in faces_of(patch, n_parts):
-            grid = patch.sample("Points", frame, *places)
-            rows, columns = [size for size in grid.shape[:3] if size > 1]
-            number = np.arange(rows * columns).reshape(rows, columns)
-            corners = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:],
-                                number[1:, :-1]], axis=-1).reshape(-1, 4)
-            part = np.column_stack([grid.reshape(-1, 3),
-                                    magnitude(patch.sample(field, frame, *places)).ravel()])
-            part, facets = inside_outline(patch, frame, places, part, triangles_of(corners))
-            points.append(part[:, :3])
+        for part, facets in skin_of(patch, frame, field, n_parts):
+            points.append(part)
             triangles.append(n + facets)
-            values.append(part[:, 3])
             n += len(part)
-    return Part("sheet", np.concatenate(points), np.concatenate(triangles), np.concatenate(values))
+    points = np.concatenate(points)
+    return Part("sheet", points[:, :3], np.concatenate(triangles), points[:, 3])
 
 
-def inside_outline(patch, frame, places, points, triangles):
-    """The part of a face of the sheet that its outline leaves."""
+def skin_of(patch, frame, field, n_parts):
+    """Points with values (n, 4) and triangles of the edges of a patch, of both faces, and of the
+    border along which an outline cuts these."""
+    n = patch.n_elements
+    lines = [np.linspace(0, n[d], k * n[d] + 1) for d, k in enumerate((n_parts, n_parts, 2))]
+    for axis in (0, 1):
+        for end in (0, n[axis]):
+            places = [[end] if d == axis else line for d, line in enumerate(lines)]
+            part = sampled(patch, frame, field, places).reshape(-1, 4)
+            yield inside_outline(patch, frame, places, part)[:2]
+    both = sampled(patch, frame, field, [*lines[:2], [0, n[2]]])
+    part, facets, border = inside_outline(patch, frame, [*lines[:2], [0]],
+                                          np.concatenate(both, axis=-1).reshape(-1, 8))
+    for side in (slice(0, 4), slice(4, 8)):
+        yield part[:, side], facets
+    yield (part[border].reshape(-1, 4, 4)[:, [0, 1, 3, 2]].reshape(-1, 4),
+           triangles_of(np.arange(4 * len(border)).reshape(-1, 4)))
+
+
+def sampled(patch, frame, field, places):
+    """Positions and the values of a field in the last axis."""
+    return np.concatenate([patch.sample("Points", frame, *places),
+                           magnitude(patch.sample(field, frame, *places))[..., None]], axis=-1)
+
+
+def inside_outline(patch, frame, places, points):
+    """Points and triangles of a grid of places, one of whose axes has a single one, as far as the
+    outline leaves them, and the edges along which it cuts triangles."""
+    rows, columns = [len(line) for line in places[::-1] if len(line) > 1]
+    number = np.arange(rows * columns).reshape(rows, columns)
+    triangles = triangles_of(np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:],
+                                       number[1:, :-1]], axis=-1).reshape(-1, 4))
     is_left = patch.elements_left(frame)
     if is_left is None:
-        return points, triangles
-    distance = patch.sample("edge_distance", frame, *places).ravel()
+        return points, triangles, np.empty((0, 2), dtype=int)
+    distance = patch.inside(frame, *places[:2])
+    distance = np.broadcast_to(distance, (len(places[2]), *distance.shape)).ravel()
     _, eta, xi = np.meshgrid(*places[::-1], indexing="ij")
     element = [np.clip(place.ravel()[triangles].mean(axis=1).astype(int), 0, size - 1)
                for place, size in zip((xi, eta), patch.n_elements)]
-    points, triangles = clip(points, triangles[is_left[element[1], element[0]]], distance)
-    used, numbers = np.unique(triangles, return_inverse=True)
-    return points[used], numbers.reshape(triangles.shape)
-
-
-def faces_of(patch, n_parts):
-    """Places along the three axes of a patch that make each of its faces."""
-    n = patch.n_elements
-    lines = [np.linspace(0, n[d], k * n[d] + 1) for d, k in enumerate((n_parts, n_parts, 2))]
-    for axis in range(3):
-        for end in (0, n[axis]):
-            yield [[end] if d == axis else line for d, line in enumerate(lines)]
+    points, triangles, border = clip_with_border(
+        points, triangles[is_left[element[1], element[0]]], distance)
+    used = np.unique(triangles)
+    numbers = np.zeros(len(points), dtype=int)
+    numbers[used] = np.arange(len(used))
+    return points[used], numbers[triangles], numbers[border]
 
 
 def middle_points(patch, frame):
@@ -166,23 +194,29 @@ def middle_points(patch, frame):
 def element_lines(patch, frame, n_parts):
     """The boundaries of the elements on both faces, along edges of the facets: arrays of lines
     (lines, points, 3)."""
-    n = patch.n_elements
+    n, is_left = patch.n_elements, patch.elements_left(frame)
     fine = [np.linspace(0, n[d], n_parts * n[d] + 1) for d in range(2)]
     for zeta in (0, n[2]):
         for along in (0, 1):
             places = [fine[0], np.arange(n[1] + 1)] if along == 0 else \
                 [np.arange(n[0] + 1), fine[1]]
             lines = patch.sample("Points", frame, *places, [zeta])[0].swapaxes(0, along)
-            if patch.elements_left(frame) is not None:
-                distance = patch.sample("edge_distance", frame, *places, [zeta])[0, ..., 0]
-                lines = pieces(lines, distance.swapaxes(0, along) > 0)
+            if is_left is not None:
+                distance = patch.inside(frame, *places)
+                beside = np.pad(is_left.swapaxes(0, along), ((1, 1), (0, 0)))
+                is_there = np.repeat(beside[1:] | beside[:-1], n_parts, axis=1)
+                lines = pieces(lines, distance.swapaxes(0, along), is_there)
             yield lines
 
 
-def pieces(lines, is_in):
-    """The pieces of lines between places that are both inside, each a line."""
-    both = is_in[:, :-1] & is_in[:, 1:]
-    return np.stack([lines[:, :-1][both], lines[:, 1:][both]], axis=1)
+def pieces(lines, distance, is_there):
+    """The pieces of lines from place to place, each a line, as far as the distance is positive."""
+    ends = np.stack([lines[:, :-1], lines[:, 1:]], axis=2)[is_there]
+    near = np.stack([distance[:, :-1], distance[:, 1:]], axis=2)[is_there]
+    is_in = (near > 0).any(axis=1)
+    ends, near = ends[is_in], near[is_in]
+    share = np.where(near < 0, near / np.where(near < 0, near - near[:, ::-1], 1), 0)
+    return ends + share[..., None] * (ends[:, ::-1] - ends)
 
 
 def tool_parts(results, frame):

@@ -33,8 +33,7 @@ class Section:
         last = len(self.results.times) - 1
         if self.results.patches[0].elements_left(last) is None:
             return self.xi
-        distance = self.results.sample_blank("edge_distance", last, self.xi, self.eta, [0])
-        distance = distance[0, 0, :, 0]
+        distance = self.results.patches[0].inside(last, self.xi, self.eta)[0]
         pieces = np.split(np.arange(len(self.xi)), np.flatnonzero(np.diff(distance > 0)) + 1)
         piece = max((piece for piece in pieces if distance[piece[0]] > 0), key=len,
                     default=np.arange(len(self.xi)))

@@ -35,6 +35,9 @@ class Layer:
     def elements_left(self, frame):
         return self.patch.elements_left(frame)
 
+    def inside(self, frame, xi, eta):
+        return self.patch.inside(frame, xi, eta)
+
     def sample(self, name, frame, xi, eta, zeta):
         if name not in STRAINS:
             return self.patch.sample(name, frame, xi, eta, zeta)

@@ -14,7 +14,6 @@ import numpy as np
 PROJECT = pathlib.Path(sys.argv[2]).resolve()
 sys.path.insert(0, str(PROJECT))
 
-from post.cells import triangles_of  # noqa: E402
 from post.results import Results  # noqa: E402
 from post.scene import inside_outline  # noqa: E402
 from post.trimmed_sheet import flat_curve, smooth_lines  # noqa: E402
@@ -97,11 +96,7 @@ def area_of_sheet(path):
         lines = [np.linspace(0, n, 8 * n + 1) for n in patch.n_elements[:2]]
         places = [*lines, [0.5 * patch.n_elements[2]]]
         points = patch.sample("Points", frame, *places).reshape(-1, 3)
-        number = np.arange(len(points)).reshape(len(lines[1]), len(lines[0]))
-        corners = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]],
-                           axis=-1).reshape(-1, 4)
-        return triangle_areas(*inside_outline(patch, frame, places, points,
-                                              triangles_of(corners))).sum()
+        return triangle_areas(*inside_outline(patch, frame, places, points)[:2]).sum()
 
 
 def flat_disk(igaform, folder):

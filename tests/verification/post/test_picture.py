@@ -17,7 +17,7 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
 import many_surfaces  # noqa: E402
-from post import bands, cells, mirror, picture  # noqa: E402
+from post import bands, cells, mirror, picture, scene  # noqa: E402
 from post.deck import Deck, number  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
 from post.style import plt  # noqa: E402
@@ -198,6 +198,89 @@ class TestClip(unittest.TestCase):
             self.assertAlmostEqual(0.5 * normals.sum(), area)
             self.assertTrue(np.all(normals >= 0))
             self.assertTrue(np.all(side * (ends[..., 0] - place) > -1e-9))
+
+
+    def test_what_only_touches_is_left_out(self):
+        points = np.array([[0.0, 0, 0], [-1, 0, 0], [0, 1, 0], [-1, 1, 0]])
+        triangles = cells.triangles_of(np.array([[0, 2, 3, 1]]))
+        self.assertEqual(len(cells.clip(points, triangles, points[:, 0])[1]), 0)
+
+
+QUARTER = """*UNITS
+mm, t, s, N, MPa, mJ
+*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+207000, 0.3
+*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, ELEMENT=SHELL
+x, 0, 55, 2, 14
+y, 0, 55, 2, 14
+z, 0, 1, 2, 1
+*BLANK OUTLINE
+START, 0, 0
+LINE, 50, 0
+ARC, 35.35533906, 35.35533906, 0, 50
+CIRCLE, 24, 24, 6.5
+*BOUNDARY
+X_MIN, XSYMM
+Y_MIN, YSYMM
+*STEP
+*DYNAMIC
+1e-5
+*END STEP
+"""
+
+
+class TestOutline(unittest.TestCase):
+    """A quarter of a disk of radius 50 with a round hole."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.deck, cls.path = (os.path.join(cls.folder.name, f"disk.{end}") for end in ("key", "h5"))
+        with open(cls.deck, "w", encoding="utf-8") as file:
+            file.write(QUARTER)
+        subprocess.run([IGAFORM, cls.deck, "--check", "--start", "--out", cls.path], check=True,
+                       capture_output=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def scene(self, planes=()):
+        with Results(self.path) as results:
+            return picture.scene_of(results, 0, {"field": "thickness", "tool": None,
+                                                 "planes": planes})
+
+    @staticmethod
+    def off_curves(points):
+        """Distance of points from the outline and from the hole."""
+        return np.minimum(np.abs(np.linalg.norm(points[:, :2], axis=1) - 50),
+                          np.abs(np.linalg.norm(points[:, :2] - 24, axis=1) - 6.5))
+
+    def test_the_border_lies_on_the_curves(self):
+        with Results(self.path) as results:
+            *_, (points, _) = scene.skin_of(results.patches[0], 0, "thickness", 8)
+        self.assertGreater(len(points), 1000)
+        self.assertLess(self.off_curves(points).max(), 0.03)
+
+    def test_faces_border_and_images_close(self):
+        part = scene.welded(self.scene(((0, 0.0), (1, 0.0))).sheet)
+        ends = np.sort(np.concatenate([part.triangles[:, pair] for pair in ([0, 1], [1, 2],
+                                                                            [2, 0])]), axis=1)
+        _, counts = np.unique(ends, axis=0, return_counts=True)
+        self.assertEqual(set(counts), {2})
+
+    def test_lines_between_elements_reach_the_curves(self):
+        lines = np.concatenate([part.reshape(-1, 2, 3) for part in self.scene().lines])
+        for row in range(13):
+            y = 55 / 14 * row
+            own = lines[np.all(np.abs(lines[..., 1] - y) < 1e-9, axis=1)
+                        & np.all(np.abs(lines[..., 2] - 1) < 1e-9, axis=1), :, 0]
+            self.assertAlmostEqual(own.max(), np.sqrt(50**2 - y**2), delta=0.1)
+            hole = 2 * np.sqrt(max(6.5**2 - (y - 24)**2, 0))
+            self.assertAlmostEqual(np.abs(own[:, 1] - own[:, 0]).sum(), own.max() - hole, delta=0.2)
 
 
 DECK = """*PARAMETER, DEFAULT
