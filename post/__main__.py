@@ -2,6 +2,7 @@
 import argparse
 import importlib
 import os
+import re
 import sys
 
 from post.results import ResultsError
@@ -9,13 +10,13 @@ from post.results import ResultsError
 # Name, module and meaning of the commands that draw one result file into one picture.
 PICTURES = (
     ("picture", "picture", "the formed sheet in 3-D with the plastic strain and the tools"),
-    ("profile", "profile", "the sheet's mid-section and the tools at chosen times"),
+    ("profile", "profile", "a section of the sheet and the tools at chosen times"),
     ("history", "history", "energies and tool forces against time"),
     ("fld", "fld", "forming-limit diagram: strains in the sheet's plane and a limit curve"),
     ("force", "force", "forces of the tools against their strokes"),
     ("draw-in", "draw_in", "how far the edge of the sheet has moved inwards"),
     ("earing", "earing", "height of the rim of a cup against the angle, beside measured ones"),
-    ("springback", "springback", "angles between straight stretches of the mid-section"),
+    ("springback", "springback", "angles between straight stretches of a section"),
     ("material", "material", "tests of a material: stress-strain, r-values, yield locus"),
     ("compare", "compare", "a strip of the channel against reference data"))
 # Those with arguments of their own.
@@ -66,7 +67,7 @@ def main():
     if arguments.out is None and arguments.command == "verification":
         arguments.out = arguments.file
     elif arguments.out is None:
-        stem = arguments.file.removesuffix(".h5")
+        stem = re.sub(r"(?<=.)\.(h5|[A-Za-z]+)$", "", arguments.file)   # mu0.05 keeps its point
         arguments.out = f"{stem}-{arguments.command}{arguments.ending}"
     try:
         folder = arguments.out

@@ -1,10 +1,11 @@
-"""Mid-section of the sheet with both faces, the mid-surface and the tools at chosen times."""
+"""A section of the sheet with both faces, the mid-surface and the tools at chosen times."""
 import numpy as np
 from matplotlib.collections import LineCollection
 
 from post.results import Results
 from post.section import Section
-from post.style import BLANK, plt, save, tool_colour
+from post.section_line import add_section_argument
+from post.style import BLANK, plt, save, titled, tool_colour
 
 MARGIN = 0.08     # around the sheet, part of its size
 TALL = 0.45       # height over width from which panels stand in two columns
@@ -13,6 +14,7 @@ TALL = 0.45       # height over width from which panels stand in two columns
 def add_arguments(command):
     command.add_argument("--times", type=float, nargs="+", metavar="T",
                          help="times to show (default: four, equally spaced to the end)")
+    add_section_argument(command)
 
 
 def run(arguments):
@@ -22,14 +24,16 @@ def run(arguments):
         else:
             last = len(results.times) - 1
             frames = sorted({round(last * k / 4) for k in range(1, 5)})
-        figure = draw(results, frames)
+        section = Section(results, arguments.section)
+        print(section.place)
+        figure = draw(section, frames)
     save(figure, arguments.out)
     return 0
 
 
-def draw(results, frames):
+def draw(section, frames):
     """One panel per frame, all with the same scale: around the sheet, which tools may overhang."""
-    section = Section(results)
+    results = section.results
     unit = results.unit("VTKHDF/Points")
     points = np.concatenate([section.sheet(frame).reshape(-1, 2) for frame in frames])
     low, high = points.min(axis=0), points.max(axis=0)
@@ -52,6 +56,7 @@ def draw(results, frames):
     for panel in panels[-1]:
         panel.set_xlabel(f"{section.axis_names[0]} [{unit}]")
     panels[0, 0].set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    figure.suptitle(titled(section.name), fontsize=10)
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5,
                   fontsize=8)
     return figure

@@ -11,6 +11,7 @@ import tempfile
 
 from post import limit_curve, model, report_facts
 from post.results import Results, ResultsError
+from post.section_line import add_section_argument
 from post.steps import frame_before_release
 
 ENDING = ".html"
@@ -31,6 +32,7 @@ def add_arguments(command):
     command.add_argument("-o", "--out", metavar="HTML",
                          help="the page to write (default: FILE without its ending, -report.html)")
     command.add_argument("--parts", metavar="N", help="as in `post force`")
+    add_section_argument(command)
     limit_curve.add_arguments(command)
 
 
@@ -59,10 +61,13 @@ def sections(results, arguments):
     axes = "".join(axis for axis, face in model.symmetry_planes(results).items()
                    if face[0] == axis and face[1] == "_")
     mirror = ["--mirror", axes] if axes else []
+    section = []
+    if arguments.section:
+        section = ["--section={}={!r}".format("xyz"[arguments.section[0]], arguments.section[1])]
     is_strip = model.is_plane_strain(results)    # of which one sees the section only
-    if is_strip:
-        yield "Section", ["profile"]
-    else:
+    if is_strip or section:
+        yield "Section", ["profile", *section]
+    if not is_strip:
         yield "Thinning", ["picture", "--field", "thinning", "--small", *mirror]
     yield "Forming limits", ["fld", *limit]
     if not is_strip:
@@ -74,7 +79,7 @@ def sections(results, arguments):
     if not is_strip:
         yield "Draw-in", ["draw-in"]
     if frame_before_release(results, len(results.times) - 1) is not None:
-        yield "Springback", ["springback"]
+        yield "Springback", ["springback", *section]
 
 
 def pictures(results, arguments):

@@ -28,6 +28,7 @@ def open_results(path):
 
 
 LAYERS = "bottom", "middle", "top"     # of a shell that is written as its mid-surface
+OUTSIDE = -1e30                        # distance from an edge where nothing is left
 
 
 class Results:
@@ -285,8 +286,19 @@ class Patch:
     def inside(self, frame, xi, eta):
         """How far places (eta, xi) lie inside of an outline: unlike a sampled field as smooth as
         the cells, so that its zeros follow a curve."""
-        distance = np.nan_to_num(self.field("edge_distance", frame)[0], nan=-1e30)
-        return cells.evaluate_grid(distance, None, (eta, xi), self.cell_degrees[1:])[..., 0]
+        return within_cells(cells.evaluate_grid(self._distance(frame), None, (eta, xi),
+                                                self.cell_degrees[1:])[..., 0])
+
+    def inside_at(self, frame, places):
+        """The same at single places (xi, eta)."""
+        eta, xi = (cells.line_matrix(self.cell_degrees[axis], self.grid[axis], line, False)
+                   for axis, line in ((1, places[:, 1]), (2, places[:, 0])))
+        return within_cells(np.einsum("ne,nx,ex->n", eta, xi, self._distance(frame)[..., 0],
+                                      optimize=True))
+
+    def _distance(self, frame):
+        """From the edge at the display points of a layer; where nothing is left far outside."""
+        return np.nan_to_num(self.field("edge_distance", frame)[0], nan=OUTSIDE)
 
     def points(self, name):
         """A dataset of /points of this patch, on the grid of the integration points."""
@@ -304,6 +316,11 @@ class Patch:
             return cells.interpolate_grid(values, (zeta, eta, xi), self.cell_degrees)
         weights = self.field("RationalWeights", frame) if self.results.is_bezier else None
         return cells.evaluate_grid(values, weights, (zeta, eta, xi), self.cell_degrees)
+
+
+def within_cells(distance):
+    """A distance whose polynomials have lost nodes outside."""
+    return np.where(np.abs(distance) > 1e-12 * abs(OUTSIDE), OUTSIDE, distance)
 
 
 def counted(n, noun, nouns=None):

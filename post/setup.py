@@ -25,16 +25,15 @@ TOUCHES = 1e-3      # gap, in thicknesses, that counts as none
 
 def add_arguments(command):
     command.add_argument("file", metavar="DECK", help="deck of igaform")
-    command.add_argument("-o", "--out", default="", metavar="PNG",
-                         help="the picture to write (default: DECK without its ending, -setup.png, "
-                              "here); the page is written beside it as .html")
+    command.add_argument("-o", "--out", metavar="PNG",
+                         help="the picture to write (default: DECK without its ending, "
+                              "-setup.png); the page is written beside it as .html")
     add_size_argument(command)
     add_deck_arguments(command)
 
 
 def run(arguments):
-    base = re.sub(r"(?<=.)\.[A-Za-z]+$", "", os.path.basename(arguments.file))
-    out = arguments.out or f"{base}-setup.png"
+    out = arguments.out
     check_format(out)
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "start.h5")

@@ -1,4 +1,4 @@
-"""Angles between straight stretches of the sheet's mid-section, and the curl of each: released, and
+"""Angles between straight stretches of a section of the sheet, and the curl of each: released, and
 of the same material as formed.
 
 A stretch is straight where the radius of curvature exceeds `--radius`; of the stretches found,
@@ -14,6 +14,7 @@ import numpy as np
 
 from post.results import Results, ResultsError
 from post.section import Section
+from post.section_line import add_section_argument
 from post.springback_picture import draw
 from post.steps import frame_before_release
 from post.style import save
@@ -33,6 +34,7 @@ def add_arguments(command):
                          help="least radius of what counts as straight (default: 30 thicknesses)")
     command.add_argument("--shortest", type=float, metavar="L",
                          help="length of the shortest stretch (default: 8 thicknesses)")
+    add_section_argument(command)
 
 
 def run(arguments):
@@ -45,7 +47,8 @@ def run(arguments):
 def measured(results, arguments):
     """The picture of the angles, which are printed too."""
     frame = results.frame(arguments.frame, arguments.time)
-    section = Section(results)
+    section = Section(results, arguments.section)
+    print(section.place)
     parts = stretches(section, frame, arguments)
     formed = frame_before_release(results, frame)
     if "is_failed" in results.file["frames"] and results.file["frames/is_failed"][frame]:

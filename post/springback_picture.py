@@ -2,7 +2,7 @@
 import numpy as np
 
 from post.labels import Labels
-from post.style import BLANK, TOOLS, plt
+from post.style import BLANK, TOOLS, plt, titled
 
 COLOURS = {"formed": "#8a8a8a", "released": BLANK, "section": BLANK}
 MEASURE = TOOLS[0]
@@ -30,7 +30,8 @@ def draw(section, states):
     lines += [line for fit, part in zip(last.fits, last.parts)
               for line in draw_fit(axis, fit, last.line[part])]
     axis.set(xlabel=f"{section.axis_names[0]} [{unit}]", ylabel=f"{section.axis_names[1]} [{unit}]")
-    axis.set_title(" → ".join(state.name for state in states).capitalize())
+    names = [" → ".join(state.name for state in states)] * (len(states) > 1)
+    axis.set_title(titled(", ".join([*names, section.name])))
     figure.legend(fontsize=8, loc="outside lower center", ncols=2)
     corners = [draw_corner(axis, last, i, ARC * size) for i in range(len(last.angles))]
     lines += [line for _, _, pieces in corners for line in pieces]
@@ -75,7 +76,7 @@ def is_curved(fit):
 
 
 def draw_state(axis, state, is_named, section):
-    name = state.name if is_named else "mid-section"
+    name = state.name if is_named else "mid-surface"
     axis.plot(*state.line.T, color=COLOURS[state.name], linewidth=1.4,
               label=f"{name}, time {state.time:.4g} "
                     f"{section.results.unit('VTKHDF/Steps/Values')}")

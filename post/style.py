@@ -47,6 +47,11 @@ def with_palette(image, n_colours):
     return image.quantize(n_colours, Image.Quantize.MAXCOVERAGE, kmeans=5)
 
 
+def titled(text):
+    """A text with a capital at its begin."""
+    return text[:1].upper() + text[1:]
+
+
 def save(figure, path, n_colours=None):
     """Write the picture; as PNG with a palette of so many colours, a third to a fifth as large."""
     try:

@@ -18,7 +18,7 @@ def add_arguments(command):
     command.add_argument("file", metavar="DATA.toml",
                          help="the measured data (see docs/materials.md)")
     command.add_argument("-o", "--out", metavar="PNG",
-                         help="the picture to write (default: DATA-fit.png)")
+                         help="the picture to write (default: DATA without its ending, -fit.png)")
     command.set_defaults(is_picture=True)
 
 

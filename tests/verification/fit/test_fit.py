@@ -7,6 +7,7 @@ import csv
 import io
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -228,6 +229,14 @@ class TestCommand(unittest.TestCase):
             command.run(SimpleNamespace(file=os.path.join(FITS, "aa6022.toml"), out=out))
             self.assertGreater(os.path.getsize(out), 10000)
         self.assertIn("*POTENTIAL, TYPE=HILL48\n", printed.getvalue())
+
+    def test_the_picture_lies_beside_the_data(self):
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(os.path.join(FITS, "high_strength_steel.toml"), folder)
+            subprocess.run([sys.executable, "-m", "post", "fit",
+                            os.path.join(folder, "high_strength_steel.toml")], cwd=PROJECT,
+                           check=True, capture_output=True)
+            self.assertTrue(os.path.isfile(os.path.join(folder, "high_strength_steel-fit.png")))
 
 
 if __name__ == "__main__":

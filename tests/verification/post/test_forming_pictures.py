@@ -8,6 +8,7 @@ import contextlib
 import html.parser
 import io
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -25,6 +26,7 @@ from post import profile, springback, steps, zones  # noqa: E402
 from post.deck import Deck  # noqa: E402
 from post.labels import Labels  # noqa: E402
 from post.results import Results  # noqa: E402
+from post.section import Section  # noqa: E402
 from post.springback_picture import draw_corner  # noqa: E402
 from post.style import plt  # noqa: E402
 
@@ -95,7 +97,7 @@ class TestHistory(Pictures):
 class TestProfile(Pictures):
     def test_the_sheet_fills_the_panels_and_removed_tools_are_away(self):
         with Results(path_of("bend")) as results:
-            figure = profile.draw(results, [5, 10, 11])
+            figure = profile.draw(Section(results), [5, 10, 11])
         formed, released = figure.axes[1:3]
         self.assertEqual([len(axis.collections) for axis in (formed, released)], [3, 0])
         self.assertLess(np.ptp(formed.get_xlim()), 1.2 * 175)
@@ -105,7 +107,7 @@ class TestProfile(Pictures):
 class TestSpringback(Pictures):
     def measured(self, **options):
         words = argparse.Namespace(**{"frame": None, "time": None, "stretch": None, "radius": None,
-                                      "shortest": None} | options)
+                                      "shortest": None, "section": None} | options)
         said = io.StringIO()
         with Results(path_of("bend")) as results, contextlib.redirect_stdout(said):
             return springback.measured(results, words), said.getvalue()
@@ -114,6 +116,10 @@ class TestSpringback(Pictures):
         figure, said = self.measured(stretch=[(2, 18), (32, 36), (60, 170)])
         self.assertRegex(said, r"stretches 1 and 2: \S+ degrees formed, \S+ degrees released, "
                                r"springback [+-]")
+        place = re.search(r"section at z = (\S+) mm of the sheet at the start, point \((.*)\), "
+                          r"normal \(0, 0, 1\)", said)
+        self.assertEqual(place[1], place[2].split(", ")[2])
+        self.assertIn(f"section at z = {place[1]} mm", figure.axes[0].get_title())
         names = [text.get_text() for text in figure.axes[0].texts]
         self.assertTrue(names[0].startswith("angle 1: ") and "→" in names[0], names)
         self.assert_readable(figure)
@@ -304,7 +310,8 @@ class TestReport(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         out = path_of("bend", ".html")
-        done = post("report", path_of("bend"), "-n", "0.25", "--parts", "70", "-o", out)
+        done = post("report", path_of("bend"), "-n", "0.25", "--parts", "70", "--section", "z=0",
+                    "-o", out)
         assert done.returncode == 0, done.stderr
         with open(out, encoding="utf-8") as file:
             cls.page = Page(file.read())
@@ -322,7 +329,9 @@ class TestReport(unittest.TestCase):
             self.assertIn(heading, self.page.headings)
         for words in ("u_bend.key", "115 elements", "step 1 draw", "step 2 release", "by force",
                       "warning: with masses scaled", "% of the largest energy, at",
-                      "70 x the modelled part", "degrees released", "*BLANK, NAME=sheet"):
+                      "70 x the modelled part", "degrees released",
+                      "post profile --section=z=0.0", "section at z = 0 mm",
+                      "*BLANK, NAME=sheet"):
             self.assertIn(words, self.page.words)
         self.assertNotIn("not drawn", self.page.words)
 

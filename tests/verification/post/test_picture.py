@@ -20,6 +20,8 @@ import many_surfaces  # noqa: E402
 from post import bands, cells, mirror, picture, scene  # noqa: E402
 from post.deck import Deck, number  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
+from post.section import Section  # noqa: E402
+from post.section_line import start_at  # noqa: E402
 from post.style import plt  # noqa: E402
 from post.view import View  # noqa: E402
 
@@ -281,6 +283,44 @@ class TestOutline(unittest.TestCase):
             self.assertAlmostEqual(own.max(), np.sqrt(50**2 - y**2), delta=0.1)
             hole = 2 * np.sqrt(max(6.5**2 - (y - 24)**2, 0))
             self.assertAlmostEqual(np.abs(own[:, 1] - own[:, 0]).sum(), own.max() - hole, delta=0.2)
+
+
+    def test_sections_end_at_the_curves(self):
+        with Results(self.path) as results:
+            for axis, name in ((1, "y"), (0, "x")):
+                cut = Section(results, (axis, 24.0))
+                # of both pieces beside the hole the longer one
+                np.testing.assert_allclose(cut.start[[0, -1]], [0, 17.5], atol=0.03)
+                self.assertIn(f"section at {name} = 24 mm", cut.place)
+            self.assertEqual(Section(results).name, "section at y = 27.5 mm")
+            np.testing.assert_allclose(Section(results, (1, 0.0)).start[[0, -1]], [0, 50],
+                                       atol=0.03)
+            for axis, value in ((1, 70.0), (2, 0.5)):
+                self.assertRaisesRegex(ResultsError, "cuts no line", Section, results,
+                                       (axis, value))
+        self.assertIn("'y:3' is no plane", TestPicture.post(self, "profile", self.path,
+                                                           "--section", "y:3").stderr)
+
+
+class TestPatches(unittest.TestCase):
+    """A quarter of a disk of several patches."""
+
+    def test_a_section_runs_through_all_patches(self):
+        deck = os.path.join(PROJECT, "input", "hemisphere.key")
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "disk.h5")
+            subprocess.run([IGAFORM, deck, "--check", "--start", "--out", path], check=True,
+                           capture_output=True)
+            with Results(path) as results:
+                for axis in (0, 1):
+                    cut = Section(results, (axis, 11.0))
+                    self.assertGreater(len(cut.pieces), 1)
+                    np.testing.assert_allclose(cut.start[[0, -1]],
+                                               [0, np.sqrt(59.18**2 - 11**2)], atol=1e-3)
+                    self.assertTrue(np.all(np.diff(cut.start) > 0))
+                    np.testing.assert_allclose(cut.thickness(0), 0.85, rtol=1e-3)
+                    places = np.concatenate([start_at(*piece) for piece in cut.pieces])
+                    np.testing.assert_allclose(places[:, axis], 11, atol=0.01)
 
 
 DECK = """*PARAMETER, DEFAULT

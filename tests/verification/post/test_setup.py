@@ -50,10 +50,11 @@ class TestSetup(unittest.TestCase):
         cls.deck = os.path.join(cls.folder.name, "many.key")
         with open(cls.deck, "w", encoding="utf-8") as file:
             file.write(many_surfaces.deck(12).replace("\n-5, -5, 1\n", "\n-5, -5, 1.5\n"))
-        cls.png, cls.start = (os.path.join(cls.folder.name, f"s.{end}") for end in ("png", "h5"))
+        cls.png, cls.start = (os.path.join(cls.folder.name, name) for name in ("many-setup.png",
+                                                                               "s.h5"))
         cls.done = subprocess.run([sys.executable, "-m", "post", "setup", cls.deck, "--igaform",
-                                   IGAFORM, "--out", cls.png], cwd=PROJECT, capture_output=True,
-                                  text=True, check=False)
+                                   IGAFORM], cwd=PROJECT, capture_output=True, text=True,
+                                  check=False)
         subprocess.run([IGAFORM, cls.deck, "--check", "--start", "--out", cls.start],
                        check=True, capture_output=True)
 
