@@ -19,6 +19,7 @@ module material_table
   use plane_yield, only: plane_yield_t
   use sheet_functions, only: is_sheet_function, is_for_sheets_alone, new_sheet_function
   use sheet_plastic, only: new_sheet_plastic
+  use part_conflicts, only: part_conflict_t, find_part_conflicts
   implicit none
   private
 
@@ -92,14 +93,18 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(flow_curve_t) :: curve
     type(back_stresses_t) :: back
+    type(part_conflict_t), allocatable :: conflicts(:)
 
+    call find_part_conflicts(spec, conflicts)
+    if (size(conflicts) > 0) then
+      call fail(error, "material: "//conflicts(1)%found//"; expected "//conflicts(1)%expected)
+      error%keyword = conflicts(1)%keyword
+      return
+    end if
     if (spec%plasticity%hardening == "YOSHIDA UEMORI") then
       call new_yoshida_uemori(spec, law, error)
       return
     end if
-    call require(.not. allocated(spec%plasticity%unloading), "material: an unloading modulus "// &
-                 "only with the hardening YOSHIDA UEMORI", error)
-    if (blames(error, "*UNLOADING MODULUS")) return
     call new_hardening(spec%plasticity%hardening, spec%constants, curve%hardening, error)
     if (blames(error, "*PLASTIC")) return
     if (spec%plasticity%rate /= "") then
@@ -135,7 +140,7 @@ contains
     if (blames) error%keyword = keyword
   end function blames
 
-  !> An anisotropic yield function; its axes must be given.
+  !> An anisotropic yield function.
   subroutine new_anisotropic(spec, curve, back, law, error)
     type(law_spec_t), intent(in) :: spec
     type(flow_curve_t), intent(in) :: curve
@@ -151,19 +156,10 @@ contains
                (spec%is_sheet .and. is_sheet_function(spec%plasticity%potential))
     if (is_plane) then
       call new_sheet_function(spec%plasticity%potential, spec%plasticity%coefficients, plane, error)
-      if (.not. allocated(error)) call check_sheet(spec, error)
     else
       call new_yield_function(spec%plasticity%potential, spec%plasticity%coefficients, yield, error)
     end if
-    if (allocated(error)) then
-      if (.not. allocated(error%keyword)) error%keyword = "*POTENTIAL"
-      return
-    end if
-    if (.not. allocated(spec%plasticity%orientation)) then
-      call fail(error, "material: the yield function "//trim(spec%plasticity%potential)// &
-                " needs an *ORIENTATION that gives the rolling direction")
-      if (blames(error, "*POTENTIAL")) return
-    end if
+    if (blames(error, "*POTENTIAL")) return
     call axes_from_points(spec%plasticity%orientation, axes, error)
     if (blames(error, "*ORIENTATION")) return
     if (is_plane) then
@@ -174,20 +170,5 @@ contains
                                                     yield, back, axes, spec%plasticity%n_stages))
     end if
   end subroutine new_anisotropic
-
-  !> What a yield function for plane stress cannot be combined with.
-  subroutine check_sheet(spec, error)
-    type(law_spec_t), intent(in) :: spec
-    type(error_t), allocatable, intent(inout) :: error
-    character(:), allocatable :: name
-
-    name = "material: the yield function "//trim(spec%plasticity%potential)
-    call require(spec%is_sheet, name//" is defined in plane stress: for shells (*BLANK, "// &
-                 "ELEMENT=SHELL) and *MATERIAL TEST, STRESS STATE=PLANE STRESS; solids take "// &
-                 "HILL48, YLD91, YLD2000 or YLD2004", error)
-    if (blames(error, "*POTENTIAL")) return
-    call require(spec%plasticity%n_stages == 0, name//" takes no STRESS UPDATE=MULTISTAGE", error)
-    if (allocated(error)) error%keyword = "*PLASTIC"
-  end subroutine check_sheet
 
 end module material_table

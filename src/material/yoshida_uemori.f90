@@ -29,7 +29,7 @@
 !! the stress is continuous in the strain. All this is first order in the increment.
 module yoshida_uemori
   use kinds, only: wp
-  use failure, only: error_t, fail
+  use failure, only: error_t
   use law_spec, only: law_spec_t
   use constant_check, only: check_count, check_finite, require
   use block_law, only: block_law_t, set_elastic
@@ -75,14 +75,10 @@ contains
     new%n_state = n_columns
     new%eqps_state = at_eqps
     call set_constants(spec%constants, new%surfaces, error)
-    call require(spec%plasticity%n_stages == 0, "material: the hardening YOSHIDA UEMORI has "// &
-                 "backward Euler alone, no MULTISTAGE", error)
     if (allocated(error)) then
       error%keyword = "*PLASTIC"
       return
     end if
-    call refuse_others(spec, error)
-    if (allocated(error)) return
     if (allocated(spec%plasticity%unloading)) then
       call set_unloading(spec%young, spec%plasticity%unloading, new, error)
       if (allocated(error)) then
@@ -117,29 +113,6 @@ contains
     call require(surfaces%saturation >= 0.0_wp, "material: the hardening R_sat must not be "// &
                  "negative, softening localizes in one element, whatever its size", error)
   end subroutine set_constants
-
-  !> Keywords that other hardening laws have and this one has not.
-  pure subroutine refuse_others(spec, error)
-    type(law_spec_t), intent(in) :: spec
-    type(error_t), allocatable, intent(inout) :: error
-    character(*), parameter :: behind = " with the hardening YOSHIDA UEMORI"
-
-    associate (plasticity => spec%plasticity)
-      if (plasticity%rate /= "") then
-        call fail(error, "material: no rate factor"//behind)
-        error%keyword = "*RATE DEPENDENT"
-      else if (allocated(plasticity%heating)) then
-        call fail(error, "material: no heating"//behind)
-        error%keyword = "*ADIABATIC HEATING"
-      else if (allocated(plasticity%back_stresses)) then
-        call fail(error, "material: no further back stresses"//behind)
-        error%keyword = "*BACK STRESS"
-      else if (plasticity%potential /= "") then
-        call fail(error, "material: no yield function but von Mises"//behind)
-        error%keyword = "*POTENTIAL"
-      end if
-    end associate
-  end subroutine refuse_others
 
   pure subroutine set_unloading(young, constants, law, error)
     real(wp), intent(in) :: young, constants(:)

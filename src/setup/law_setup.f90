@@ -7,7 +7,7 @@ module law_setup
   use scene, only: material_spec_t, is_user_material, origin_of_part
   use block_law, only: block_law_t
   use material_table, only: new_law
-  use sheet_functions, only: is_for_sheets_alone
+  use part_conflicts, only: part_conflict_t, find_part_conflicts
   use user_library, only: user_library_t
   use user_law, only: new_user_law
   implicit none
@@ -24,18 +24,18 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library   !! subroutines of the user
     integer, intent(in), optional :: n_fields   !! temperature and field variables of the deck
+    type(part_conflict_t), allocatable :: conflicts(:)
     type(error_t), allocatable :: error
     character(:), allocatable :: note
     integer :: i, n_own
 
     if (.not. is_user_material(material)) then
-      if (is_for_sheets_alone(material%plasticity%potential) .and. .not. material%is_sheet) then
-        call add_error(errors, origin_of_part(material, "*POTENTIAL"), "TYPE="// &
-                       trim(material%plasticity%potential)//", a yield function of plane "// &
-                       "stress, for solids", "HILL48, YLD91, YLD2000 or YLD2004, or shells "// &
-                       "(*BLANK, ELEMENT=SHELL; *MATERIAL TEST, STRESS STATE=PLANE STRESS)")
-        return
-      end if
+      call find_part_conflicts(material%law_spec_t, conflicts)
+      do i = 1, size(conflicts)
+        call add_error(errors, origin_of_part(material, conflicts(i)%keyword), &
+                       conflicts(i)%found, conflicts(i)%expected)
+      end do
+      if (size(conflicts) > 0) return
       call new_law(material%law_spec_t, law, error)
       if (allocated(error)) call refuse(material, error, errors)
       return
