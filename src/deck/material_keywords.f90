@@ -1,12 +1,13 @@
 !> *MATERIAL with the keywords that belong to it, among them those of user subroutines.
 module material_keywords
   use kinds, only: wp
-  use input_errors, only: error_list_t, add_error, add_warning
+  use input_errors, only: error_list_t, n_errors, add_error, add_warning
   use text, only: string_t, to_text, upper_case, counted
+  use law_spec, only: rate_curve_spec_t
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
-                          field_real, field_integer, field_word, all_numbers, is_option_given, &
-                          n_fields, line_origin, is_filled, deck_context_t
+                          option_real, is_option_given, field_real, field_integer, field_word, &
+                          all_numbers, n_fields, line_origin, is_filled, deck_context_t
   implicit none
   private
 
@@ -41,11 +42,12 @@ contains
       do j = 1, size(behind)
         i = deck%records(behind(j))%parent
         if (i == 0) cycle
-        if (has(part, i) > 0) then
+        if (has(part, i) == 0) then
+          has(part, i) = behind(j)
+        else if (part /= plastic_part) then
           call add_error(errors, deck%records(behind(j))%origin, &
                          "the keyword a second time for one material", "one in each *MATERIAL")
         end if
-        has(part, i) = behind(j)
       end do
     end do
     found = find_records(deck, "MATERIAL")
@@ -55,6 +57,7 @@ contains
         material%origin = record%origin
         material%name = option_text(record, "NAME")
         call read_law(deck, has(:, found(i)), material, errors)
+        if (material%law == "PLASTIC") call read_rate_curves(deck, found(i), material, errors)
       end associate
     end do
   end subroutine read_materials
@@ -291,6 +294,72 @@ contains
       material%plasticity%n_stages = option_integer(record, "STAGES")
     end if
   end subroutine read_plastic
+
+  !> The flow curves of several *PLASTIC, RATE= in one material. The first gives the other options.
+  subroutine read_rate_curves(deck, parent, material, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: parent          !! record of *MATERIAL
+    type(material_spec_t), intent(inout) :: material
+    type(error_list_t), intent(inout) :: errors
+    type(rate_curve_spec_t), allocatable :: curves(:)
+    integer, allocatable :: found(:)
+    integer :: i, n_before
+
+    found = find_records(deck, "PLASTIC")
+    found = pack(found, deck%records(found)%parent == parent)
+    n_before = n_errors(errors)
+    do i = 1, size(found)
+      call check_rate_curve(deck%records(found(i)), deck%records(found(1)), size(found), errors)
+    end do
+    if (n_errors(errors) > n_before .or. .not. all(deck%records(found)%is_valid)) return
+    if (size(found) == 1) return
+    allocate (curves(size(found)))
+    do i = 1, size(found)
+      curves(i)%rate = option_real(deck%records(found(i)), "RATE")
+      curves(i)%points = all_numbers(deck%records(found(i)))
+    end do
+    material%plasticity%is_logarithmic = option_text(deck%records(found(1)), "INTERPOLATION") &
+                                         == "LOGARITHMIC"
+    material%parts = [material%parts, deck%records(found(2:))%origin]
+    call move_alloc(curves, material%plasticity%rate_curves)
+  end subroutine read_rate_curves
+
+  !> One *PLASTIC beside the first of its material.
+  subroutine check_rate_curve(record, first, n, errors)
+    type(record_t), intent(in) :: record, first
+    integer, intent(in) :: n               !! how many there are
+    type(error_list_t), intent(inout) :: errors
+    character(*), parameter :: shared(3) = [character(13) :: "STRESS UPDATE", "STAGES", &
+                                            "INTERPOLATION"]
+    character(:), allocatable :: hardening
+    integer :: i
+
+    if (.not. record%is_valid) return
+    hardening = option_text(record, "HARDENING")
+    if (n == 1) then
+      if (is_option_given(record, "RATE") .or. &
+          option_text(record, "INTERPOLATION") == "LOGARITHMIC") &
+        call add_warning(errors, record%origin, "RATE or INTERPOLATION in the only *PLASTIC of "// &
+                         "the material, whose curve then holds at all rates", "neither, or a "// &
+                         "*PLASTIC with RATE for each rate")
+      return
+    end if
+    if (.not. is_option_given(record, "RATE")) then
+      call add_error(errors, record%origin, to_text(n)//" *PLASTIC in one material, this one "// &
+                     "without RATE", "one in each *MATERIAL, or RATE in all of them")
+    else if (hardening /= "ISOTROPIC" .and. hardening /= "TABLE") then
+      call add_error(errors, record%origin, "HARDENING="//hardening//" with RATE", &
+                     "HARDENING=ISOTROPIC (or TABLE) with a curve for each RATE")
+    end if
+    if (.not. first%is_valid) return
+    do i = 1, size(shared)
+      if (option_text(record, trim(shared(i))) == option_text(first, trim(shared(i)))) cycle
+      call add_error(errors, record%origin, trim(shared(i))//"="// &
+                     option_text(record, trim(shared(i)))//" for one of the curves", &
+                     trim(shared(i))//"="//option_text(first, trim(shared(i)))// &
+                     " as in the first *PLASTIC of the material")
+    end do
+  end subroutine check_rate_curve
 
   !> The constants as Abaqus places them: eight on a line, blank places and the ends of shorter
   !! lines count as zeros. Too few of them are warned of, for a forgotten one is a zero as well.

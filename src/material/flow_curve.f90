@@ -3,7 +3,7 @@
 !!
 !! Rate factors: G. R. Cowper and P. S. Symonds, Brown University TR 28 (1957),
 !! 1 + (rate/D)^(1/p); G. R. Johnson and W. H. Cook, Proc. 7th Int. Symp. Ballistics (1983),
-!! 1 + C ln(rate/reference), 1 below the reference rate.
+!! 1 + C ln(rate/reference), 1 below the reference rate. Or curves at several rates, `rate_curves`.
 !!
 !! Fraction of the work that becomes heat: G. I. Taylor and H. Quinney, Proc. R. Soc. A 143 (1934).
 !! Softening: G. R. Johnson and W. H. Cook as above, 1 - ((T - T_ref)/(T_melt - T_ref))^m. The
@@ -13,13 +13,15 @@ module flow_curve
   use failure, only: error_t, fail
   use constant_check, only: check_finite, check_count, require
   use hardening, only: hardening_t, harden, harden_after, is_steep_at_start
+  use law_spec, only: rate_curve_spec_t
+  use rate_curves, only: rate_curves_t, new_rate_curves, raise_by_rate
   use row_functions, only: log_row, log_near, power_row, power_near, near_part, power_small, &
                            small_part
   implicit none
   private
 
-  public :: set_rate_factor, flow_at, flow_after, is_steep, is_rough, has_rate, has_corners, &
-            lowest_flow
+  public :: set_rate_factor, set_rate_curves, flow_at, flow_after, is_steep, is_rough, has_rate, &
+            has_corners, lowest_flow
   public :: set_heating, thermal_factor, heat_up
 
   !> Constants of the heating; nothing happens unless it is active.
@@ -34,13 +36,14 @@ module flow_curve
 
   real(wp), parameter :: least_factor = 1.0e-3_wp   !! of the strength that is left at melting
   real(wp), parameter :: least = 1.0e-100_wp   ! strain and rate, so that all have a logarithm
-  integer, parameter :: no_rate = 0, cowper_symonds = 1, johnson_cook = 2
+  integer, parameter :: no_rate = 0, cowper_symonds = 1, johnson_cook = 2, table_of_rates = 3
 
   !> Hardening, rate factor and heating, which adds a last state variable, the temperature rise.
   type, public :: flow_curve_t
     type(hardening_t) :: hardening
     integer :: rate_kind = no_rate
     real(wp) :: rate_constants(2) = 0.0_wp   !! D [1/time], p, or C, reference rate [1/time]
+    type(rate_curves_t) :: rate_curves       !! of a table of rates
     type(heating_t) :: heating
   end type flow_curve_t
 
@@ -74,6 +77,17 @@ contains
                 ", known are COWPER SYMONDS and JOHNSON COOK")
     end select
   end subroutine set_rate_factor
+
+  !> Let the flow stress follow curves at several rates, the first of which is its hardening.
+  pure subroutine set_rate_curves(specs, is_logarithmic, curve, error)
+    type(rate_curve_spec_t), intent(in) :: specs(:)
+    logical, intent(in) :: is_logarithmic             !! see `rate_curves_t`
+    type(flow_curve_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(out) :: error
+
+    curve%rate_kind = table_of_rates
+    call new_rate_curves(specs, is_logarithmic, curve%hardening, curve%rate_curves, error)
+  end subroutine set_rate_curves
 
   !> Is the slope infinite where plastic flow begins? A Newton step from there goes nowhere.
   elemental logical function is_steep(curve)
@@ -166,11 +180,13 @@ contains
 
     if (curve%heating%is_active) then
       call harden_after(curve%hardening, n, eqps, first/factor, dgamma, flow, slope, bend, reach)
-      call soften(n, factor, flow, slope, bend)
     else
       call harden_after(curve%hardening, n, eqps, first, dgamma, flow, slope, bend, reach)
     end if
-    if (curve%rate_kind == no_rate) return
+    if (curve%rate_kind == table_of_rates) &
+      call raise_by_rate(curve%rate_curves, n, dt, eqps, dgamma, flow, slope, bend, reach)
+    if (curve%heating%is_active) call soften(n, factor, flow, slope, bend)
+    if (curve%rate_kind == no_rate .or. curve%rate_kind == table_of_rates) return
     call quicken(curve, n, dt, dgamma, flow, slope, bend, known)
     if (curve%rate_kind == johnson_cook) then
       ! The factor has a corner at the reference rate.

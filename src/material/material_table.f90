@@ -9,7 +9,7 @@ module material_table
   use law_spec, only: law_spec_t
   use constant_check, only: check_count, require
   use hardening, only: new_hardening, voce_kind, back_stresses_t, new_back_stresses
-  use flow_curve, only: set_heating, flow_curve_t, set_rate_factor
+  use flow_curve, only: set_heating, flow_curve_t, set_rate_factor, set_rate_curves
   use voce, only: new_voce
   use mises_plastic, only: new_mises_plastic
   use yield_function, only: yield_function_t, new_yield_function
@@ -107,7 +107,14 @@ contains
     end if
     call new_hardening(spec%plasticity%hardening, spec%constants, curve%hardening, error)
     if (blames(error, "*PLASTIC")) return
-    if (spec%plasticity%rate /= "") then
+    if (allocated(spec%plasticity%rate_curves)) then
+      call set_rate_curves(spec%plasticity%rate_curves, spec%plasticity%is_logarithmic, curve, &
+                           error)
+      if (blames(error, "*PLASTIC")) return
+      call require(spec%plasticity%rate == "", "material: a rate factor, while the curves of "// &
+                   "*PLASTIC say what the rate does", error)
+      if (blames(error, "*RATE DEPENDENT")) return
+    else if (spec%plasticity%rate /= "") then
       call set_rate_factor(spec%plasticity%rate, spec%plasticity%rate_constants, curve, error)
       if (blames(error, "*RATE DEPENDENT")) return
     end if

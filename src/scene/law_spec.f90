@@ -4,11 +4,19 @@ module law_spec
   implicit none
   private
 
+  !> One of several flow curves of a material.
+  type, public :: rate_curve_spec_t
+    real(wp) :: rate = 0.0_wp                  !! plastic strain rate at which it holds [1/time]
+    real(wp), allocatable :: points(:)         !! stress and plastic strain in turn
+  end type rate_curve_spec_t
+
   !> Plasticity: names as the deck writes them, "" meaning that the deck names none.
   type, public :: plasticity_spec_t
     character(16) :: hardening = ""            !! as in *PLASTIC, ISOTROPIC being TABLE
     character(16) :: rate = ""                 !! COWPER SYMONDS or JOHNSON COOK
     real(wp), allocatable :: rate_constants(:) !! D, p, or C, reference rate
+    type(rate_curve_spec_t), allocatable :: rate_curves(:)   !! of *PLASTIC, RATE=, if several
+    logical :: is_logarithmic = .false.        !! interpolation between their rates
     integer :: n_stages = 0                    !! of the multi-stage return, 0: backward Euler
     real(wp), allocatable :: back_stresses(:)  !! pairs C [stress], gamma
     real(wp), allocatable :: heating(:)        !! share, specific heat, temperatures, exponent

@@ -340,16 +340,22 @@ contains
   end function is_user_material
 
   !> Where a keyword of a material stands, such as *PLASTIC; *MATERIAL itself where there is none.
-  pure function origin_of_part(material, keyword) result(origin)
+  pure function origin_of_part(material, keyword, number) result(origin)
     type(material_spec_t), intent(in) :: material
     character(*), intent(in) :: keyword
+    integer, intent(in), optional :: number      !! which of several, the first if absent
     type(origin_t) :: origin
-    integer :: i
+    integer :: i, n_before
 
     origin = material%origin
     if (.not. allocated(material%parts)) return
+    n_before = 0
+    if (present(number)) n_before = number - 1
     do i = 1, size(material%parts)
-      if (material%parts(i)%keyword == keyword) origin = material%parts(i)
+      if (material%parts(i)%keyword /= keyword) cycle
+      origin = material%parts(i)
+      if (n_before == 0) return
+      n_before = n_before - 1
     end do
   end function origin_of_part
 

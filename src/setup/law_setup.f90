@@ -75,14 +75,15 @@ contains
       call add_error(errors, material%origin, why, "other constants")
       return
     end if
-    associate (values => numbers_of(material, error%keyword))
+    associate (values => numbers_of(material, error%keyword, error%number))
       do i = 1, min(size(values), most_numbers)
         numbers = numbers//", "//rounded_text(values(i))
       end do
       if (size(values) > most_numbers) numbers = numbers//", ..."
     end associate
-    call add_error(errors, origin_of_part(material, error%keyword), "the numbers "// &
-                   numbers(3:)//": "//why, "what input/KEYWORDS.md says under "//error%keyword)
+    call add_error(errors, origin_of_part(material, error%keyword, error%number), &
+                   "the numbers "//numbers(3:)//": "//why, "what input/KEYWORDS.md says under "// &
+                   error%keyword)
   end subroutine refuse
 
   !> A subroutine of the user that cannot be called as the deck says.
@@ -106,9 +107,10 @@ contains
   end function reason_of
 
   !> What a deck gives with a keyword of plasticity.
-  pure function numbers_of(material, keyword) result(numbers)
+  pure function numbers_of(material, keyword, number) result(numbers)
     type(material_spec_t), intent(in) :: material
     character(*), intent(in) :: keyword
+    integer, intent(in) :: number          !! which of several such keywords
     real(wp), allocatable :: numbers(:)
 
     associate (plasticity => material%plasticity)
@@ -119,7 +121,9 @@ contains
       case ("*UNLOADING MODULUS"); numbers = plasticity%unloading
       case ("*POTENTIAL"); numbers = plasticity%coefficients
       case ("*ORIENTATION"); numbers = plasticity%orientation
-      case default; numbers = material%constants
+      case default
+        numbers = material%constants
+        if (number > 1) numbers = plasticity%rate_curves(number)%points
       end select
     end associate
   end function numbers_of
