@@ -1,6 +1,7 @@
 !> Contact of one face of the blank with one tool, as an effect of the force stage.
 module contact_effect
   use kinds, only: wp
+  use text, only: rounded_text
   use state_store, only: state_store_t, carry, carry_array
   use element, only: element_t, part_t, motion_t
   use blank, only: assembly_t
@@ -378,10 +379,15 @@ contains
     tally%max_penetration = max(tally%max_penetration, self%max_penetration)
   end subroutine tally_contact
 
+  !> The state of a pair. Its penalty is shared with the pairs on its face, also those of steps of
+  !! the deck that may be new now, and must be what it was.
   subroutine carry_contact_effect(self, store)
     class(contact_effect_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
+    real(wp), parameter :: round_off = 1.0e-9_wp
+    real(wp) :: share
 
+    share = self%pair%scale
     call carry(store, "energy", self%energy)
     call carry(store, "max_penetration", self%max_penetration)
     call carry(store, "depth", self%depth)
@@ -397,6 +403,9 @@ contains
     call carry_array(store, "wake", size(self%samples%wake), self%samples%wake)
     call carry(store, "has_told_failure", self%has_told_failure)
     call carry_contact(self%pair, store)
+    if (abs(self%pair%scale - share) > round_off*share .and. store%reason == "") store%reason = &
+      "a penalty of contact is "//rounded_text(share)//" now and was "// &
+      rounded_text(self%pair%scale)//", since other tools share it in some step"
     if (self%pair%is_static .and. allocated(self%net)) &
       call carry_array(store, "own_net", size(self%net), self%net)
     if (allocated(self%fields)) call carry_wear(self%fields, store)

@@ -165,6 +165,12 @@ def what_was_simulated_must_be_the_same(folder):
     refused("b.ckpt.h5", DRAW.replace("6e-4", "5e-4") + cut, "*DYNAMIC", 2)
     said = igaform(folder, write(folder, "c.key", DRAW).name, "--restart", "b.ckpt.h5", code=1)
     assert "*STEP (b.key:" in said and "does not exist now" in said, said
+    stiff = CUT.format(x=1, radius=12).replace("*MODEL CHANGE, REMOVE\nroll\n", "")
+    pair = "TOOL=bar, FACE=Z_MAX, PENALTY SCALE=1.2"
+    both = write(folder, "c.key", DRAW, stiff, MEET.format(curve="soft").replace(
+        "TOOL=bar, FACE=Z_MAX", pair))
+    said = igaform(folder, both.name, "--restart", "a.ckpt.h5", "--out", "c.h5", code=1)
+    assert "a penalty of contact is 0.4" in said and "now and was 0.5," in said, said
     (folder / "disk.csv").write_text(SQUARE.replace("8", "7"))
     said = igaform(folder, path.name, "--restart", "b.ckpt.h5", code=1)
     assert "the file 'disk.csv' is new or not what it was" in said, said

@@ -103,5 +103,22 @@ def the_end_of_forming_is_kept(folder):
     assert again.splitlines()[0] == said.splitlines()[0], again
 
 
+def static_steps_may_come_after_a_restart(folder):
+    """In a deck that had none, after a step that failed to find its equilibrium."""
+    form = LET_GO.split("*STEP, NAME=release")[0]
+    (folder / "form.key").write_text("*CHECKPOINT, NUMBER=1\n" + form)
+    igaform(folder, "form.key", "--out", "a.h5")
+    (folder / "both.key").write_text(LET_GO.replace("*BOUNDARY, OP=NEW\n", ""))
+    igaform(folder, "both.key", "--out", "full.h5", "--threads", 1)
+    igaform(folder, "both.key", "--restart", "a.ckpt.h5", "--threads", 2)
+    check_same(folder / "a.h5", datasets(folder / "full.h5"))
+    (folder / "fails.key").write_text(LET_GO)
+    said = igaform(folder, "fails.key", "--out", "b.h5", code=2)
+    assert "igaform fails.key --restart b.ckpt.h5" in said, said
+    igaform(folder, "both.key", "--restart", "b.ckpt.h5", "--threads", 2)
+    check_same(folder / "b.h5", datasets(folder / "full.h5"))
+
+
 if __name__ == "__main__":
-    run_all(frequencies_go_on_bit_by_bit, the_end_of_forming_is_kept)
+    run_all(frequencies_go_on_bit_by_bit, the_end_of_forming_is_kept,
+            static_steps_may_come_after_a_restart)
