@@ -61,7 +61,7 @@ def listed_curve(minor, major):
 
 
 def read_curve(path, is_engineering):
-    """Minor and major logarithmic strains of a CSV file; lines that are no numbers are skipped."""
+    """Minor and major logarithmic strains of a CSV file, which may have a heading."""
     values = read_numbers(path)
     values = values[np.lexsort(values.T[::-1])]
     if len(values) < 2 or np.any(np.diff(values[:, 0]) <= 0):

@@ -33,6 +33,7 @@ def hint(name, known):
 
 class TomlReader:
     """Takes the tables of a file apart and notes what is wrong. Others add `take`."""
+    places = {}     # where a key belongs, told where it stands elsewhere
 
     def __init__(self, path):
         self.path = path
@@ -46,7 +47,9 @@ class TomlReader:
         good = {}
         for key, value in table.items():
             place = f"{where}.{key}" if where else key
-            if key not in keys:
+            if key not in keys and key in self.places:
+                self.fault(place, "a key that does not belong there", f"{key} {self.places[key]}")
+            elif key not in keys:
                 self.fault(place, "an unknown key", f"one of {', '.join(keys)}{hint(key, keys)}")
             elif not isinstance(value, keys[key]) or (isinstance(value, bool)
                                                       and keys[key] is not bool):

@@ -12,7 +12,7 @@
     back_stresses = 2
     strain = "whole"
     uncertainty = 5
-    [[tension]]                         # any number of angles from 0 to 90
+    [[tension]]                         # any number of angles from 0 to 90, each once
     angle = 45
     stress = 0.968                      # yield stress over the one at 0 degrees, or
     r = 0.37
@@ -33,7 +33,7 @@ import numpy as np
 from post.fit.hardening import CURVES
 from post.fit.yields import FUNCTIONS
 from post.number_table import read_numbers
-from post.results import ResultsError
+from post.results import ResultsError, counted
 from post.toml_file import NUMBER, TomlReader, hint, read_toml
 
 KEYS = {"name": str, "young": NUMBER, "hardening": dict, "cyclic": dict, "tension": list,
@@ -44,6 +44,14 @@ PART_KEYS = {"hardening": {"laws": list, **CURVE_KEYS},
              "biaxial": {"stress": NUMBER, "r": NUMBER},
              "yield": {"functions": list, "exponent": NUMBER, "uncertainty": dict}}
 TENSION_KEYS = {"angle": NUMBER, "stress": NUMBER, "r": NUMBER, "uncertainty": dict}
+PLACES = {"name": "at the top of the file, before the first [table]",
+          "young": "at the top of the file, before the first [table]",
+          "laws": "in [hardening]", "back_stresses": "in [cyclic]", "functions": "in [yield]",
+          "exponent": "in [yield]", "angle": "in [[tension]]"}
+LEAST_ROWS = {"hardening": 3, "cyclic": 8}
+LARGEST_STRAIN = 3.0                  # beyond it strains are per cent, or stresses
+STRESS_OVER_MODULUS = 1e-4, 0.05      # of metals
+RELATIVE_STRESS = 0.3, 3.0            # yield stress over that at 0 degrees
 FLOWING = 0.2        # rows whose strain grows plastically by less of it are elastic: left out
 
 
@@ -51,6 +59,7 @@ FLOWING = 0.2        # rows whose strain grows plastically by less of it are ela
 class Material:
     name: str
     young: float
+    path: str = ""
     parts: dict = field(default_factory=dict)
     curves: dict = field(default_factory=dict)     # of hardening and cyclic: plastic strain, stress
     tension: list = field(default_factory=list)
@@ -63,46 +72,74 @@ def read_material(path):
 
 class Reader(TomlReader):
     """Takes the tables of measured data apart and notes what is wrong."""
+    places = PLACES
 
     def take(self, source):
+        tension = source.get("tension", [])
+        if isinstance(tension, dict) or not all(isinstance(row, dict) for row in tension):
+            self.fault("tension", "no list of tables", "[[tension]], one for each angle")
+            source = {key: value for key, value in source.items() if key != "tension"}
         source = self.known(source, KEYS, "")
         parts = {name: self.known(source[name], keys, name)
                  for name, keys in PART_KEYS.items() if name in source}
-        tension = [self.known(row, TENSION_KEYS, f"tension {i}")
-                   for i, row in enumerate(source.get("tension", []), 1) if isinstance(row, dict)]
-        for i, row in enumerate(tension, 1):
-            if not 0 <= row.get("angle", -1) <= 90 or not {"stress", "r"} & row.keys():
-                self.fault(f"tension {i}", row,
-                           "an angle from 0 to 90 degrees and stress, r or both")
-            if row.get("stress", 1) <= 0 or row.get("r", 1) <= 0:
-                self.fault(f"tension {i}", row, "stress and r above 0")
         material = Material(source.get("name", os.path.basename(self.path)),
-                            source.get("young", 0.0), parts, {}, tension)
+                            source.get("young", 0.0), self.path, parts)
+        if "young" in source and material.young <= 0:
+            self.fault("young", material.young, "Young's modulus, a number above 0")
+        material.tension = self.tension(source.get("tension", []))
         for name in ("hardening", "cyclic"):
             if name in parts:
                 curve = self.curve(parts[name], name, material.young)
                 if curve is not None:
                     material.curves[name] = curve
+        self.ratios(parts.get("biaxial", {}), "biaxial")
         self.names(parts.get("hardening", {}).get("laws", []), CURVES, "hardening.laws")
         self.names(parts.get("yield", {}).get("functions", []), FUNCTIONS, "yield.functions")
         if parts.get("cyclic", {}).get("back_stresses", 1) < 1:
             self.fault("cyclic.back_stresses", parts["cyclic"]["back_stresses"], "at least 1")
         if not {"hardening", "cyclic", "yield"} & parts.keys():
             self.fault("the file", "nothing to fit", "[hardening], [cyclic] or [yield]")
-        for name in ("hardening", "cyclic"):
-            if parts.get(name, {}).get("uncertainty", 1) <= 0:
-                self.fault(f"{name}.uncertainty", parts[name]["uncertainty"], "a number above 0")
         self.exponent(parts.get("yield", {}))
-        for where, table in [("yield", parts.get("yield", {})),
-                             *((f"tension {i}", row) for i, row in enumerate(tension, 1))]:
-            for key, value in self.known(table.get("uncertainty", {}),
-                                         {"stress": NUMBER, "r": NUMBER},
-                                         f"{where}.uncertainty").items():
-                if value <= 0:
-                    self.fault(f"{where}.uncertainty.{key}", value, "a number above 0")
-        if "yield" in parts and not tension:
+        self.uncertainties(parts.get("yield", {}), "yield")
+        if "yield" in parts and "tension" not in source:
             self.fault("yield", "no [[tension]]", "stresses and r-values to fit")
         return material
+
+    def tension(self, source):
+        """The tests in tension, each stress and r-value once for an angle."""
+        rows, seen = [], {}
+        for i, row in enumerate(source, 1):
+            row = self.known(row, TENSION_KEYS, f"tension {i}")
+            rows.append(row)
+            if not 0 <= row.get("angle", -1) <= 90 or not {"stress", "r"} & row.keys():
+                self.fault(f"tension {i}", row,
+                           "an angle from 0 to 90 degrees and stress, r or both")
+                continue
+            self.ratios(row, f"tension {i}")
+            self.uncertainties(row, f"tension {i}")
+            for key in ("stress", "r"):
+                first = seen.setdefault((key, row["angle"]), i) if key in row else i
+                if first != i:
+                    self.fault(f"tension {i}.{key}", f"{key} at {row['angle']:g} degrees a second "
+                               "time", f"one for each angle, as in tension {first}; give the mean "
+                               "of several tests")
+        return rows
+
+    def ratios(self, row, where):
+        """Relative stress and r-value."""
+        low, high = RELATIVE_STRESS
+        if "stress" in row and not low <= row["stress"] <= high:
+            self.fault(f"{where}.stress", row["stress"], "the yield stress over the one in tension "
+                       f"at 0 degrees, from {low:g} to {high:g}, no stress in MPa")
+        if "r" in row and row["r"] <= 0:
+            self.fault(f"{where}.r", row["r"], "a number above 0")
+
+    def uncertainties(self, table, where):
+        for key, value in self.known(table.get("uncertainty", {}),
+                                     {"stress": NUMBER, "r": NUMBER},
+                                     f"{where}.uncertainty").items():
+            if value <= 0:
+                self.fault(f"{where}.uncertainty.{key}", value, "a number above 0")
 
     def exponent(self, part):
         """That of the yield functions, as *POTENTIAL takes it."""
@@ -122,34 +159,69 @@ class Reader(TomlReader):
 
     def curve(self, part, where, young):
         """Plastic strain and stress, from a file or from points."""
-        if ("curve" in part) == ("points" in part):
-            self.fault(where, "both curve and points" if "curve" in part else
-                       "neither curve nor points", "one of them")
+        kind = part.get("strain", "plastic")
+        if kind not in ("plastic", "whole"):
+            self.fault(f"{where}.strain", repr(kind), "plastic or whole")
+        elif kind == "whole" and young <= 0:
+            self.fault("young", "nothing", "Young's modulus at the top of the file, for the whole "
+                       f"strain of {where}")
+        rows, place = self.rows(part, where)
+        if rows is None or not self.is_plausible(rows, part, where, place, young):
             return None
-        rows = part.get("points")
-        if rows is None:
-            try:
-                rows = read_numbers(os.path.join(os.path.dirname(self.path), part["curve"]))
-            except ResultsError as fault:
-                self.fault(f"{where}.curve", fault, "a file of strain, stress")
-                return None
-        try:
-            strain, stress = np.array(rows, float).T
-        except ValueError:
-            self.fault(where, "rows of other than two numbers", "strain, stress")
-            return None
-        least = 3 if where == "hardening" else 8
-        if len(strain) < least:
-            self.fault(where, f"{len(strain)} rows", f"at least {least}")
-            return None
-        if part.get("strain", "plastic") not in ("plastic", "whole"):
-            self.fault(f"{where}.strain", repr(part["strain"]), "plastic or whole")
-        elif part.get("strain") == "whole":
-            if young <= 0:
-                self.fault("young", "nothing", f"Young's modulus, for the whole strain of {where}")
-                return None
+        strain, stress = rows.T
+        if kind == "whole" and young > 0:
             plastic = strain - stress / young
             flows = np.abs(np.diff(plastic, prepend=0.0)) > FLOWING * np.abs(np.diff(strain,
                                                                                      prepend=0.0))
             strain, stress = plastic[flows], stress[flows]
-        return strain, stress
+        if len(strain) < LEAST_ROWS[where]:
+            self.fault(place, counted(len(strain), "row") + " of plastic strain",
+                       f"at least {LEAST_ROWS[where]}")
+        elif where == "hardening" and np.any(strain < 0):
+            self.fault(place, f"a plastic strain of {strain.min():.4g}", "rows from yield on, "
+                       + ("and young of this test" if kind == "whole" else
+                          "or strain = \"whole\" with young for strains with elastic parts"))
+        else:
+            return strain, stress
+        return None
+
+    def rows(self, part, where):
+        """The table of a curve and where it is from; None with a fault."""
+        if ("curve" in part) == ("points" in part):
+            self.fault(where, "both curve and points" if "curve" in part else
+                       "neither curve nor points", "one of them")
+            return None, where
+        place = f"{where}.{'curve' if 'curve' in part else 'points'}"
+        try:
+            if "points" in part:
+                return np.array(part["points"], float).reshape(-1, 2), place
+            rows = read_numbers(os.path.join(os.path.dirname(self.path), part["curve"]))
+            return rows, f"{place}, '{part['curve']}'"
+        except ResultsError as fault:
+            self.fault(place, fault, "a file of strain, stress")
+        except (ValueError, TypeError):
+            self.fault(place, "rows of other than two numbers", "[[strain, stress], ...]")
+        return None, place
+
+    def is_plausible(self, rows, part, where, place, young):
+        """Whether the columns of a curve and the moduli have sizes that go together."""
+        n_before = len(self.faults)
+        strain, stress = np.abs(rows).max(axis=0, initial=0.0)
+        if strain > LARGEST_STRAIN:
+            is_swapped = stress <= LARGEST_STRAIN
+            self.fault(place, f"strains to {strain:.4g}", "strain in the first column and stress "
+                       "in the second" if is_swapped else f"strains to {LARGEST_STRAIN:g} at most, "
+                       "as parts and not per cent")
+        elif where == "hardening" and np.any(rows[:, 1] <= 0):
+            row = int(np.argmax(rows[:, 1] <= 0))
+            self.fault(place, f"the stress {rows[row, 1]:g} in row {row + 1}", "stresses above 0 "
+                       "in the second column, strains in the first")
+        elif young > 0 and not (STRESS_OVER_MODULUS[0] * young <= stress
+                                <= STRESS_OVER_MODULUS[1] * young):
+            low, high = STRESS_OVER_MODULUS
+            self.fault(place, f"stresses to {stress:.4g} with young = {young:g}", "both in the "
+                       f"same unit, stresses to {low:g} to {high:g} times young")
+        if not 0 < part.get("uncertainty", 0.5 * stress) < max(stress, 1e-300):
+            self.fault(f"{where}.uncertainty", part["uncertainty"], "the scatter of the stress, "
+                       f"above 0 and below its largest value {stress:.4g}, in the same unit")
+        return len(self.faults) == n_before

@@ -56,7 +56,7 @@ class TestPublished(unittest.TestCase):
     def fitted(self, name, functions):
         material = read_material(os.path.join(FITS, name + ".toml"))
         material.parts["yield"]["functions"] = functions
-        return material, command.fit_functions(material)
+        return material, command.fit_functions(material, command.Missed(''))
 
     def test_yld2000_of_aa6022(self):
         result = self.fitted("aa6022", ["YLD2000"])[1]["YLD2000"]
@@ -68,14 +68,14 @@ class TestPublished(unittest.TestCase):
         material = read_material(os.path.join(FITS, "aa2090.toml"))
         material.parts["yield"]["functions"] = ["YLD2000"]
         material.tension = [row for row in material.tension if row["angle"] in (0, 45, 90)]
-        result = command.fit_functions(material)["YLD2000"]
+        result = command.fit_functions(material, command.Missed(''))["YLD2000"]
         # Barlat et al. 2003, whose stresses are rounded to three digits
         published = [0.4865, 1.3783, 0.7536, 1.0246, 1.0363, 0.9036, 1.2321, 1.4858]
         np.testing.assert_allclose(result.constants, published, atol=2e-3)
 
     def test_swift_of_high_strength_steel(self):
         material = read_material(os.path.join(FITS, "high_strength_steel.toml"))
-        result = command.fit_hardening(material)["SWIFT"]
+        result = command.fit_hardening(material, command.Missed(''))["SWIFT"]
         np.testing.assert_allclose(result.constants, [680.61, 0.0125, 0.2182], rtol=3e-4)
         self.assertLess(result.misfit, 1e-3)
 
@@ -157,7 +157,7 @@ class TestCurves(unittest.TestCase):
         curve = (path, cyclic_stress(p, path, 2))
         material = SimpleNamespace(curves={"cyclic": curve},
                                    parts={"cyclic": {"back_stresses": 2, "uncertainty": 1.0}})
-        result = command.fit_cyclic(material)
+        result = command.fit_cyclic(material, command.Missed(''))
         np.testing.assert_allclose(np.sort(result.constants), np.sort(p), rtol=1e-4)
         self.assertLess(result.misfit, 1e-4)
 
@@ -215,10 +215,81 @@ r = 1
     def test_a_file_without_anything_to_fit(self):
         self.assertIn("nothing to fit", self.faults("name = 'x'\n"))
 
-    def test_too_few_data(self):
+    def fault(self, text, *words):
+        """The one fault of a text, which holds the words."""
+        found = self.faults(text)
+        self.assertEqual(len(found.splitlines()), 1, found)
+        self.assertRegex(found, r"data\.toml: \S.*: found .*; expected ")
+        for word in words:
+            self.assertIn(word, found)
+
+    def test_units_that_do_not_go_together(self):
+        curve = "[hardening]\nstrain = 'whole'\npoints = [[0.01, {0}], [0.1, {1}], [0.2, {2}]]\n"
+        for young, size in ((70, 1), (7e4, 1e6), (7e10, 1)):
+            self.fault(f"young = {young}\n" + curve.format(200 * size, 250 * size, 300 * size),
+                       "hardening.points: ", f"young = {young:g}", "same unit")
+        self.fault("[hardening]\nuncertainty = 2\npoints = [[0, 0.2], [0.1, 0.25], [0.2, 0.3]]\n",
+                   "hardening.uncertainty: found 2", "0.3")
+        tension = "[[tension]]\nangle = 0\nstress = 150\n[yield]\n[biaxial]\nstress = {}\n"
+        found = self.faults(tension.format(148))
+        for word in ("tension 1.stress: found 150", "biaxial.stress: found 148"):
+            self.assertIn(word, found)
+
+    def test_strains_in_per_cent_and_swapped_columns(self):
+        self.fault("[hardening]\npoints = [[0, 200], [10, 250], [20, 300]]\n", "strains to 20",
+                   "per cent")
+        self.fault("[hardening]\npoints = [[200, 0], [250, 0.1], [300, 0.2]]\n", "strains to 300",
+                   "first column")
+        self.fault("[hardening]\npoints = [[0.2, 0], [0.25, 0.1], [0.3, 0.2]]\n",
+                   "stress 0 in row 1")
+
+    def test_an_angle_twice(self):
+        both = "[[tension]]\nangle = 45\nr = 1\n[[tension]]\nangle = 45\n{} = 1\n[yield]\n"
+        self.fault(both.format("r"), "tension 2.r: ", "45 degrees a second time", "tension 1")
+        with tempfile.TemporaryDirectory() as folder:     # the stress from another test
+            path = os.path.join(folder, "data.toml")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(both.format("stress"))
+            self.assertEqual(len(read_material(path).tension), 2)
+
+    def test_keys_in_the_wrong_place(self):
+        points = "points = [[0, 200], [0.1, 250], [0.2, 300]]\n"
+        self.fault("[hardening]\nyoung = 70000\n" + points, "hardening.young: ", "top of the file")
+        self.fault("exponent = 8\n[hardening]\n" + points, "exponent: ", "[yield]")
+        self.fault("[hardening]\n" + points + "[tension]\nangle = 0\n", "tension: ", "[[tension]]")
+
+    def test_curves_of_too_little(self):
+        self.fault("[hardening]\npoints = [[0, 200], [0.1, 250]]\n",
+                   "hardening.points: found 2 rows", "at least 3")
+        self.fault("young = 70000\n[hardening]\nstrain = 'whole'\npoints = [[0.001, 70], "
+                   "[0.002, 140], [0.003, 210]]\n", "found 0 rows of plastic strain")
+        self.fault("[hardening]\npoints = [[-0.001, 200], [0.1, 250], [0.2, 300]]\n",
+                   "a plastic strain of -0.001", "from yield on")
+
+    def test_tables_with_faults(self):
+        for rows, word in (("strain;stress\n0,1;200\n0,2;250\n", "0,2;250"),
+                           ("strain,stress\n0.1,200\n0.2;250\n", "line 3"),
+                           ("0.1,200\n0.2,nan\n", "not finite")):
+            with tempfile.TemporaryDirectory() as folder:
+                path = os.path.join(folder, "data.toml")
+                for name, text in (("curve.csv", rows), ("data.toml",
+                                                         "[hardening]\ncurve = 'curve.csv'\n")):
+                    with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                        file.write(text)
+                self.assertRaisesRegex(ResultsError, "hardening.curve: found .*" + word,
+                                       read_material, path)
+
+    def test_what_the_data_allow_is_fitted(self):
         material = read_material(os.path.join(FITS, "aa6022.toml"))
         material.tension = material.tension[:2]
-        self.assertRaises(ResultsError, command.fit_functions, material)
+        material.parts["biaxial"] = {}
+        for functions, is_asked_for in ((["HILL48", "YLD2000"], True), (None, False)):
+            material.parts["yield"] = {"functions": functions} if functions else {}
+            missed = command.Missed(material.path)
+            self.assertIn("HILL48", command.fit_functions(material, missed))
+            self.assertRegex(missed.texts[0], r"aa6022.toml: yield.functions: \S+ is not fitted: "
+                                              "found 4 data; expected .* 8")
+            self.assertEqual(missed.is_asked_for, is_asked_for)
 
 
 class TestCommand(unittest.TestCase):
@@ -229,6 +300,19 @@ class TestCommand(unittest.TestCase):
             command.run(SimpleNamespace(file=os.path.join(FITS, "aa6022.toml"), out=out))
             self.assertGreater(os.path.getsize(out), 10000)
         self.assertIn("*POTENTIAL, TYPE=HILL48\n", printed.getvalue())
+
+    def test_a_missed_fit_is_told_and_the_others_made(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path, out = (os.path.join(folder, name) for name in ("data.toml", "fit.png"))
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("[hardening]\nlaws = ['VOCE', 'HOCKETT SHERBY']\n"
+                           "points = [[0, 200], [0.1, 250], [0.2, 280]]\n")
+            done = subprocess.run([sys.executable, "-m", "post", "fit", path, "-o", out],
+                                  cwd=PROJECT, check=False, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("HARDENING=VOCE", done.stdout)
+            self.assertIn("hardening.laws: HOCKETT SHERBY is not fitted: found 3 data", done.stderr)
+            self.assertTrue(os.path.isfile(out))
 
     def test_the_picture_lies_beside_the_data(self):
         with tempfile.TemporaryDirectory() as folder:
