@@ -28,7 +28,7 @@ def read_numbers(path):
     except UnicodeDecodeError:
         raise ResultsError(f"'{path}' is no text (UTF-8)") from None
     if heading and not rows:
-        raise ResultsError(f"'{path}' holds no row of numbers: its last line is `{heading[-1][:40]}`; "
+        raise ResultsError(f"'{path}' holds no row of numbers, its last line `{heading[-1][:40]}`; "
                            "expected two numbers with a comma between them and points before "
                            "decimals")
     rows = np.array(rows).reshape(-1, 2)
