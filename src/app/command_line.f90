@@ -23,6 +23,7 @@ module command_line
     logical :: is_material = .false.       !! tests of one material point instead of a forming run
     integer :: n_modes = 0                 !! of --modes; 0: none asked for
     logical :: is_return_study = .false.   !! errors and cost of returns instead of those tests
+    logical :: is_faces = .false.          !! the list of surfaces of an IGES file, which is `deck`
     logical :: is_batch = .false.          !! many runs: `deck` is their list or folder
     integer :: n_jobs = 1                  !! of --jobs: runs side by side
     integer :: only = 0                    !! of --only: the number of a run; 0: all
@@ -58,9 +59,10 @@ contains
     i = 0
     if (size(arguments) > 0) command%is_material = arguments(1)%value == "material"
     if (size(arguments) > 0) command%is_batch = arguments(1)%value == "batch"
+    if (size(arguments) > 0) command%is_faces = arguments(1)%value == "faces"
     if (size(arguments) > 0) command%is_iges = arguments(1)%value == "iges"
     if (command%is_iges) return
-    if (command%is_material .or. command%is_batch) i = 1
+    if (command%is_material .or. command%is_batch .or. command%is_faces) i = 1
     do while (i < size(arguments) .and. command%reason == "")
       i = i + 1
       call take_argument(arguments, command, i)
@@ -71,7 +73,7 @@ contains
       command%reason = "option --start goes with --check"
     if (command%reason == "" .and. command%deck == "" .and. .not. (command%wants_help &
         .or. command%wants_version .or. command%wants_keywords)) then
-      command%reason = "no deck given"
+      command%reason = "no "//subject(command)//" given"
     end if
   end subroutine parse_arguments
 
@@ -83,6 +85,7 @@ contains
     text = "usage: igaform DECK [options]"//feed &
            //"       igaform material DECK [options]   tests of one material point"//feed &
            //"       igaform batch LIST [--jobs N]     runs of a list or folder"//feed &
+           //"       igaform faces FILE.igs            surfaces of an IGES file"//feed &
            //"  --out NAME         result file NAME.h5 (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
            //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .ftn .f77"//feed &
@@ -134,6 +137,8 @@ contains
 
     word = arguments(i)%value
     if (command%is_batch) command%reason = error_in_batch(word)
+    if (command%is_faces .and. index(word, "-") == 1 .and. all(word /= ["--help", "-h    "])) &
+      command%reason = "option "//word//" does not go with 'igaform faces', which has none"
     if (command%reason /= "") return
     select case (word)
     case ("--check")
@@ -174,12 +179,21 @@ contains
       if (index(word, "-") == 1) then
         command%reason = unknown_option(word, all_options())
       else if (command%deck /= "") then
-        command%reason = "one deck at a time: '"//command%deck//"' and '"//word//"' given"
+        command%reason = "one "//subject(command)//" at a time: '"//command%deck//"' and '"// &
+                         word//"' given"
       else
         command%deck = word
       end if
     end select
   end subroutine take_argument
+
+  !> What a command is about.
+  pure function subject(command) result(word)
+    type(command_t), intent(in) :: command
+    character(4) :: word
+
+    word = merge("file", "deck", command%is_faces)
+  end function subject
 
   !> Why an option of a run cannot be one of a whole batch, and what to do instead; else empty.
   pure function error_in_batch(word) result(reason)

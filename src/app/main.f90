@@ -10,6 +10,7 @@ program main
   use out_of_memory, only: watch_memory, leave
   use deck_run, only: run_deck
   use material_run, only: run_material_tests
+  use face_list, only: list_faces
   implicit none
 
   type(command_t) :: command
@@ -37,6 +38,8 @@ program main
     write (output_unit, "(a)", advance="no") keyword_manual_text()
   else if (command%is_batch) then
     code = run_batch(command)
+  else if (command%is_faces) then
+    code = list_faces(command)
   else if (command%is_material) then
     code = run_material_tests(command)
   else

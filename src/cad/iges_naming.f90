@@ -120,7 +120,7 @@ contains
     else if (.not. any(is_found)) then
       call add_error(model%file%errors, naming%origin, "the range "//word// &
                      ", which holds no surface of `"//naming%path//"`", "numbers or labels "// &
-                     "of surfaces, which `igaform --check` lists")
+                     "of surfaces, which `igaform faces` lists")
     end if
     is_named = is_named .or. is_found
   end subroutine take_range

@@ -4,16 +4,19 @@ module cad_source
   use kinds, only: wp
   use text, only: string_t, squeezed, upper_case, lower_case
   use checksum, only: file_checksum
-  use input_errors, only: error_list_t, add_warning
+  use input_errors, only: error_list_t, add_error, add_warning
   use text_file, only: read_whole_file
+  use nurbs_surface, only: nurbs_surface_t
   use iges_global, only: unit_in_mm
+  use iges_reader, only: read_iges
+  use iges_selection, only: iges_request_t
   use scene, only: scene_t
   use deck_records, only: record_t, option_text, step_of
   use deck_digest, only: digest_line
   implicit none
   private
 
-  public :: add_source, ending_of, is_for_converter, is_mesh, find_unit, entries_of
+  public :: add_source, ending_of, is_for_converter, read_cad_file, find_unit, entries_of
 
 contains
 
@@ -47,6 +50,33 @@ contains
 
     is_mesh = any(ending_of(path) == [character(3) :: "stl", "obj", "ply", "off", "3mf"])
   end function is_mesh
+
+  !> Surfaces of an IGES file and lines about them; without both on an error, such as a file of
+  !! another kind.
+  subroutine read_cad_file(request, surfaces, report, errors)
+    type(iges_request_t), intent(in) :: request
+    type(nurbs_surface_t), allocatable, intent(out) :: surfaces(:)   !! in the unit of the request
+    type(string_t), allocatable, intent(out) :: report(:)
+    type(error_list_t), intent(inout) :: errors
+    logical :: is_there
+
+    allocate (surfaces(0), report(0))
+    inquire (file=request%path, exist=is_there)
+    if (.not. is_there) then
+      call add_error(errors, request%origin, "no file `"//request%path//"`", &
+                     "the path of an IGES file, in a deck relative to its folder")
+    else if (is_for_converter(request%path)) then
+      call add_error(errors, request%origin, "`"//request%path//"`, a STEP or BREP file", &
+                     "the IGES file that `python -m post cad "//request%path// &
+                     " --out NAME.igs` makes of it")
+    else if (is_mesh(request%path)) then
+      call add_error(errors, request%origin, "`"//request%path//"`, a mesh, whose facets have "// &
+                     "no curvature", "an IGES file of surfaces, or a STEP file for "// &
+                     "`python -m post cad`")
+    else
+      call read_iges(request, surfaces, report, errors)
+    end if
+  end subroutine read_cad_file
 
   !> Is a file, by its first bytes, STEP (ISO 10303-21) or BREP of OpenCASCADE?
   logical function is_for_converter(path)

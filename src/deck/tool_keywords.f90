@@ -10,13 +10,12 @@ module tool_keywords
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface, evaluate_surface
   use primitives, only: plane_surface, cylinder_surface, sphere_surface, extruded_surface
-  use iges_reader, only: read_iges
   use iges_selection, only: iges_request_t
   use scene, only: scene_t, tool_spec_t
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, field_real, &
                           is_option_given, record_t, field_integer, deck_context_t, patch_parts_t, &
                           resolve_option, deck_names_t, resolve, field_vector
-  use cad_source, only: add_source, is_for_converter, is_mesh, find_unit, entries_of
+  use cad_source, only: add_source, read_cad_file, find_unit, entries_of
   use patch_keywords, only: check_parts, read_axes, read_points, refine
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use surface_trim, only: trim_t, new_trim, is_inside, place_in_spans
@@ -251,7 +250,6 @@ contains
     character(:), allocatable, intent(out) :: path        !! of the file, empty if none is named
     type(error_list_t), intent(inout) :: errors
     type(iges_request_t) :: request
-    logical :: is_there
 
     path = ""
     if (.not. is_option_given(record, "INPUT")) then
@@ -266,25 +264,8 @@ contains
     request%labels = entries_of(option_text(record, "LABEL"))
     request%numbers_left_out = entries_of(option_text(record, "EXCLUDE ENTITY"))
     request%labels_left_out = entries_of(option_text(record, "EXCLUDE LABEL"))
-    inquire (file=request%path, exist=is_there)
-    if (.not. is_there) then
-      call add_error(errors, record%origin, "no file `"//request%path//"`", &
-                     "the path of an IGES file, as the deck's folder sees it")
-      return
-    end if
-    if (is_for_converter(request%path)) then
-      call add_error(errors, record%origin, "`"//request%path//"`, a STEP or BREP file", &
-                     "the IGES file that `python -m post cad "//request%path// &
-                     " --out NAME.igs` makes of it")
-      return
-    end if
-    if (is_mesh(request%path)) then
-      call add_error(errors, record%origin, "`"//request%path//"`, a mesh, whose facets have "// &
-                     "no curvature", "an IGES file of surfaces, or a STEP file for "// &
-                     "`python -m post cad`")
-      return
-    end if
-    call read_iges(request, tool%surfaces, tool%notes, errors)
+    call read_cad_file(request, tool%surfaces, tool%notes, errors)
+    if (size(tool%notes) == 0) return
     path = request%path
   end subroutine read_cad_tool
 

@@ -245,6 +245,14 @@ def refusals(igaform, folder, _):
     deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=missing.igs"))
     told = call(igaform, deck, "--check", expect=1)
     assert "drum.key:14: error: *TOOL: " in told and "missing.igs" in told, told
+    files = pathlib.Path(__file__).resolve().parents[3] / "input" / "cad"
+    told = call(igaform, "faces", files / "s_rail_die_tool.igs")
+    # a quarter of a cylinder of radius 9
+    assert re.search(r"D63 .* F3, area 1221, box \(-150, -66.36, -9.92\) to ", told), told
+    assert told.count(" trimmed surface F") == 27, told
+    for file in (files / "s_rail_die.step", folder / "missing.igs"):
+        assert f"error: IGES: found {'no file ' * (file.suffix == '.igs')}`{file}`" in call(
+            igaform, "faces", file, expect=1)
     deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES"))
     told = call(igaform, deck, expect=1)
     assert "drum.key:14: error: *TOOL: " in told and "INPUT" in told, told
