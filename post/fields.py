@@ -7,7 +7,7 @@ MEANINGS = {"eqps": "equivalent plastic strain", "mises": "von Mises stress",
             "major_strain": "major strain", "minor_strain": "minor strain",
             "contact_pressure": "contact pressure", "wear": "wear",
             "displacement": "displacement", "velocity": "velocity",
-            "edge_distance": "distance from the edge",
+            "damage": "damage indicator", "edge_distance": "distance from the edge",
             "N11": "membrane force 11", "N22": "membrane force 22", "N12": "membrane shear 12",
             "M11": "bending moment 11", "M22": "bending moment 22", "M12": "torsional moment 12"}
 OF_TOOLS = "contact_pressure", "wear"

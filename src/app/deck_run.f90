@@ -144,7 +144,7 @@ contains
     type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
-    model%bodies%blank%law%is_awake = .true.
+    call model%bodies%blank%law%wake()
     pairs = [contact_pairs(model%forces), contact_pairs(model%later_forces)]
     do i = 1, size(pairs)
       pairs(i)%pair%is_awake = .true.

@@ -92,7 +92,8 @@ contains
     setup%fields = output_fields(count([scene%output%has_pressure, scene%output%has_wear]), &
                                  scene%output%has_stress, scene%output%has_resultants, &
                                  scene%output%is_surface, size(model%trims) > 0 .or. &
-                                 any(model%bodies%tools%is_trimmed))
+                                 any(model%bodies%tools%is_trimmed), &
+                                 model%bodies%blank%law%has_damage)
     setup%width_ratio = model%width_ratio
     setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
                        /model%bodies%blank%mass_factor

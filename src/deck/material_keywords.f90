@@ -18,7 +18,7 @@ module material_keywords
                                          "USER DEFINED FIELD", "USER OUTPUT VARIABLES", &
                                          "RATE DEPENDENT", "BACK STRESS", "POTENTIAL", &
                                          "ORIENTATION", "ADIABATIC HEATING", &
-                                         "UNLOADING MODULUS"]
+                                         "UNLOADING MODULUS", "DAMAGE INITIATION"]
   integer, parameter :: plastic_part = 3, user_part = 4, hyperelastic_part = 6
   integer, parameter :: of_user(3) = [5, 7, 8]   ! need *USER MATERIAL
   integer, parameter :: first_of_plastic = 9
@@ -116,6 +116,8 @@ contains
       material%plasticity%rate_constants = all_numbers(record)
     case ("BACK STRESS")
       material%plasticity%back_stresses = all_numbers(record)
+    case ("DAMAGE INITIATION")
+      material%plasticity%damage = all_numbers(record)
     case ("UNLOADING MODULUS")
       material%plasticity%unloading = all_numbers(record)
     case ("POTENTIAL")

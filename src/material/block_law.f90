@@ -8,7 +8,7 @@ module block_law
   implicit none
   private
 
-  public :: set_elastic, search_plane, search_in_context
+  public :: set_elastic, copy_properties, search_plane, search_in_context
 
   !> A law bound to its constants. A row holds `n` points, one per lane.
   type, abstract, public :: block_law_t
@@ -25,6 +25,7 @@ module block_law
     logical :: uses_gradient = .false.   !! its stress follows from the deformation gradient alone
     logical :: is_serial = .false.       !! one thread, in the order of the elements
     logical :: is_awake = .false.        !! elastic rows take the return map as well
+    logical :: has_damage = .false.      !! the last state variable is a damage indicator
   contains
     procedure(update_row), deferred :: update
     procedure :: update_plane => search_plane
@@ -33,6 +34,7 @@ module block_law
     procedure :: update_in_context
     procedure :: keeps_plane
     procedure :: shear_warning
+    procedure :: wake
   end type block_law_t
 
   !> How a deck names a law and what builds it: what the file of a law adds to `material_table`.
@@ -79,6 +81,27 @@ contains
     law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
     law%shear = young/(2.0_wp*(1.0_wp + poisson))
   end subroutine set_elastic
+
+  !> Give a law that calls another one the properties of that.
+  pure subroutine copy_properties(from, to)
+    class(block_law_t), intent(in) :: from
+    class(block_law_t), intent(inout) :: to
+
+    to%n_state = from%n_state
+    to%n_hidden = from%n_hidden
+    to%eqps_state = from%eqps_state
+    to%density = from%density
+    to%bulk = from%bulk
+    to%shear = from%shear
+    to%needs_context = from%needs_context
+    to%needs_gradients = from%needs_gradients
+    to%n_together = from%n_together
+    to%is_rotating = from%is_rotating
+    to%uses_gradient = from%uses_gradient
+    to%is_serial = from%is_serial
+    to%is_awake = from%is_awake
+    to%has_damage = from%has_damage
+  end subroutine copy_properties
 
   !> Carry stress and state of `n` points in plane stress over one increment, in the frame of the
   !! sheet: `update` with the strain 33 that leaves no stress 33. Shears 13 and 23 are zero. A law
@@ -188,6 +211,13 @@ contains
 
     warning = ""
   end function shear_warning
+
+  !> Let elastic rows take the return map as well.
+  subroutine wake(self)
+    class(block_law_t), intent(inout) :: self
+
+    self%is_awake = .true.
+  end subroutine wake
 
   !> Update of a law that asks for kinematics and places, of several integration points of many
   !! elements: all elements of the first point, then of the next. Others need none of it.

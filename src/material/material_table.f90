@@ -16,6 +16,7 @@ module material_table
   use tensor_rotation, only: axes_from_points
   use anisotropic_plastic, only: new_anisotropic_plastic
   use yoshida_uemori, only: new_yoshida_uemori
+  use damage_law, only: add_damage
   use plane_yield, only: plane_yield_t
   use sheet_functions, only: is_sheet_function, is_for_sheets_alone, new_sheet_function
   use sheet_plastic, only: new_sheet_plastic
@@ -33,7 +34,7 @@ contains
 
     laws = [elastic_law(), &
             neo_hooke_law(), &
-            law_entry_t("PLASTIC", build=new_plastic)]
+            law_entry_t("PLASTIC", build=new_watched_plastic)]
   end function known_laws
 
   !> The law that a deck asks for, with its constants checked.
@@ -86,7 +87,20 @@ contains
                  "material: Poisson's ratio must lie between -1 and 0.5, both excluded", error)
   end subroutine check_elastic
 
-  !> The law of *PLASTIC and the keywords that follow it, with all constants checked together.
+  !> The law of *PLASTIC, with a damage indicator if the deck names one.
+  subroutine new_watched_plastic(spec, law, error)
+    type(law_spec_t), intent(in) :: spec
+    class(block_law_t), allocatable, intent(out) :: law
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_wrong
+
+    call new_plastic(spec, law, error)
+    if (allocated(error) .or. .not. allocated(spec%plasticity%damage)) return
+    call add_damage(spec%plasticity%damage, law, error)
+    is_wrong = blames(error, "*DAMAGE INITIATION")
+  end subroutine new_watched_plastic
+
+  !> The law of *PLASTIC and the keywords that say how it flows, with all constants checked.
   subroutine new_plastic(spec, law, error)
     type(law_spec_t), intent(in) :: spec
     class(block_law_t), allocatable, intent(out) :: law

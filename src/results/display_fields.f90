@@ -138,13 +138,14 @@ contains
 
   !> All output fields in the order of the file. Threads start with the last entries: long ones come
   !! late.
-  function output_fields(n_contact, has_stress, has_resultants, is_surface, has_outline) &
-    result(entries)
+  function output_fields(n_contact, has_stress, has_resultants, is_surface, has_outline, &
+                         has_damage) result(entries)
     integer, intent(in) :: n_contact    !! contact fields: 0 none, 1 pressure, 2 and wear
     logical, intent(in) :: has_stress   !! stress tensor
     logical, intent(in), optional :: has_resultants   !! of shells
     logical, intent(in), optional :: is_surface       !! the mid-surface of shells is shown
     logical, intent(in), optional :: has_outline      !! of a sheet, or a tool is trimmed
+    logical, intent(in), optional :: has_damage       !! the law has an indicator
     type(field_entry_t), allocatable :: entries(:)
     integer :: n_layers
 
@@ -170,6 +171,10 @@ contains
       components="xx, yy, zz, xy, yz, xz")), stress_tensor)
     if (present(has_resultants)) then
       if (has_resultants) call add_entry(entries, resultant_fields(), resultants_on_patch)
+    end if
+    if (present(has_damage)) then
+      if (has_damage) call add_entry(entries, in_layers(n_layers, display_field_t("damage", "1", &
+        "damage indicator, fracture is expected at 1 (NaN on tools)")), damage_indicator)
     end if
     if (.not. present(has_outline)) return
     if (has_outline) call add_edge_distance(entries)
@@ -388,6 +393,18 @@ contains
 
     values = reshape(display_scalars(view%grid, view%eqps), shape(values))
   end subroutine plastic_strain
+
+  !> The last state variable of the law.
+  subroutine damage_indicator(view, frame, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+    real(wp), allocatable :: at_points(:)
+
+    at_points = [point_grid(1, view%rule_size, view%grid%n_elements, &
+                            frame%state(size(frame%state, 1), :, :, :, :, :, :))]
+    values = reshape(display_scalars(view%grid, at_points), shape(values))
+  end subroutine damage_indicator
 
   subroutine von_mises_stress(view, frame, values)
     type(patch_view_t), intent(in) :: view

@@ -20,6 +20,7 @@ module law_spec
     integer :: n_stages = 0                    !! of the multi-stage return, 0: backward Euler
     real(wp), allocatable :: back_stresses(:)  !! pairs C [stress], gamma
     real(wp), allocatable :: heating(:)        !! share, specific heat, temperatures, exponent
+    real(wp), allocatable :: damage(:)         !! a, b, c, n of *DAMAGE INITIATION
     real(wp), allocatable :: unloading(:)      !! E_a [stress], xi: modulus after plastic strain
     character(16) :: potential = ""            !! TYPE of *POTENTIAL; "": von Mises
     real(wp), allocatable :: coefficients(:)   !! of the yield function

@@ -118,6 +118,7 @@ contains
       case ("*RATE DEPENDENT"); numbers = plasticity%rate_constants
       case ("*ADIABATIC HEATING"); numbers = plasticity%heating
       case ("*BACK STRESS"); numbers = plasticity%back_stresses
+      case ("*DAMAGE INITIATION"); numbers = plasticity%damage
       case ("*UNLOADING MODULUS"); numbers = plasticity%unloading
       case ("*POTENTIAL"); numbers = plasticity%coefficients
       case ("*ORIENTATION"); numbers = plasticity%orientation

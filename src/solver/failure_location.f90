@@ -17,7 +17,8 @@ module failure_location
   implicit none
   private
 
-  public :: location_t, location_of_failure, location_of_smallest, most_sheared, location_text
+  public :: location_t, location_of_failure, location_of_smallest, most_sheared, &
+            most_damaged, location_text
   public :: block_text, find_fastest, find_deepest_point, contact_point_text, position_now
 
   !> An integration point of an element of a patch.
@@ -136,6 +137,34 @@ contains
       end associate
     end do
   end subroutine most_sheared
+
+  !> The point with the largest damage indicator of a law that has one; none found without damage.
+  subroutine most_damaged(blank, location, damage)
+    type(blank_t), intent(in) :: blank
+    type(location_t), intent(out) :: location
+    real(wp), intent(out) :: damage
+    real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
+    integer :: p, n, q(3), e(3)
+
+    damage = 0.0_wp
+    do p = 1, size(blank%parts)
+      associate (element => blank%parts(p)%element)
+        q = element%rule%n
+        if (allocated(stress)) deallocate (stress, state)
+        allocate (stress(6, q(1), q(2), q(3)), state(blank%law%n_state, q(1), q(2), q(3)))
+        e = [0, 1, 1]
+        do n = 1, product(element%n_elements)
+          call next_element(element%n_elements, e)
+          if (element%is_outside(e)) cycle
+          call element%read_element(e, stress, state)
+          if (.not. maxval(state(blank%law%n_state, :, :, :)) > damage) cycle
+          damage = maxval(state(blank%law%n_state, :, :, :))
+          location = location_t(p, e, maxloc(state(blank%law%n_state, :, :, :)))
+        end do
+        if (location%part == p) call set_position(element, grid_now(element), location)
+      end associate
+    end do
+  end subroutine most_damaged
 
   !> The most strained point of an element; zeros where its strain is below that of a simple shear
   !! of one.

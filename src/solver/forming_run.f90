@@ -30,7 +30,7 @@ module forming_run
   use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run
   use run_progress, only: progress_of, begin_pace
   use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
-                    added_mass_warning, shear_warning
+                    added_mass_warning, shear_warning, damage_warning
   implicit none
   private
 
@@ -456,8 +456,8 @@ contains
     if (run%n_steps == 0) balance%error = 0.0_wp
   end subroutine take_balances
 
-  !> Warn once of penetration that no contact point sees, of scaled masses that show, and of a point
-  !! that has sheared more than the law allows for.
+  !> Warn once of penetration that no contact point sees, of scaled masses that show, of a point
+  !! that has sheared more than the law allows for, and of expected fracture.
   subroutine warn(model, run, log)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -475,6 +475,8 @@ contains
                      run%has_warned_of_mass)
     if (.not. run%has_warned_of_shear) &
       call warn_once(shear_warning(model%bodies%blank, run%instant), run%has_warned_of_shear)
+    if (.not. run%has_warned_of_damage) &
+      call warn_once(damage_warning(model%bodies%blank, run%instant), run%has_warned_of_damage)
 
   contains
 

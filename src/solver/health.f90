@@ -18,7 +18,7 @@ module health
   use failure_location, only: location_t, location_of_failure, location_of_smallest, &
                               location_text, block_text, find_fastest, &
                               find_deepest_point, &
-                              contact_point_text, most_sheared
+                              contact_point_text, most_sheared, most_damaged
   use failure_causes, only: facts_t, facts_of, find_speeds, causes_of, tool_edge_near, &
                             added_part, inverted, not_finite, increment_collapsed, energy_lost, &
                             too_deep, increment_refused
@@ -28,7 +28,7 @@ module health
   private
 
   public :: check_health, find_failure, check_balance, check_pairs, check_hidden_depths
-  public :: added_mass_warning, shear_warning
+  public :: added_mass_warning, shear_warning, damage_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
   real(wp), parameter :: alternation = 0.01_wp  ! of the largest energy so far
@@ -131,6 +131,21 @@ contains
       rounded_text(shear)//", "//when(instant)//", in "//location_text(blank, location)//": "// &
       blank%law%shear_warning()
   end function shear_warning
+
+  !> Warning where the damage indicator of the law has reached 1; empty otherwise.
+  function damage_warning(blank, instant) result(warning)
+    type(blank_t), intent(in) :: blank
+    type(instant_t), intent(in) :: instant
+    character(:), allocatable :: warning
+    type(location_t) :: location
+    real(wp) :: damage
+
+    warning = ""
+    if (.not. blank%law%has_damage) return
+    call most_damaged(blank, location, damage)
+    if (damage >= 1.0_wp) warning = "warning: fracture is expected: the damage indicator is "// &
+      rounded_text(damage)//", "//when(instant)//", in "//location_text(blank, location)
+  end function damage_warning
 
   !> Penetrations of all contact pairs against the limits, as fractions of the thickness, and
   !! searches that failed. A pair warns once of each.

@@ -261,6 +261,7 @@ contains
     if (law%eqps_state > 0) eqps(1, :) = history(n_fixed + law%eqps_state, :)
     do i = 1, size(names)
       names(i)%value = to_text(i)
+      if (law%has_damage .and. i == size(names)) names(i)%value = "damage"
     end do
     if (allocated(spec%state_names)) then
       do i = 1, min(size(names), size(spec%state_names))

@@ -40,6 +40,7 @@ module run_state
     logical :: has_penetration = .false.          !! the last sample has measured them
     logical :: has_warned_of_mass = .false.  !! that scaled masses matter
     logical :: has_warned_of_shear = .false. !! too large for the law
+    logical :: has_warned_of_damage = .false.     !! that fracture is expected
     logical :: has_warned_of_buckling = .false.   !! in static steps
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: largest_lack = 0.0_wp        !! of the energy balance, in the history [energy]

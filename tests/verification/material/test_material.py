@@ -471,6 +471,44 @@ class TestLargeShear(Folder):
             self.assertIn("in element (1, 1, 1)", log.read())
 
 
+class TestDamage(Folder):
+    """In uniaxial and equibiaxial tension the indicator is the plastic strain over b."""
+
+    STEEL = STEEL.format(hardening=250) + "*DAMAGE INITIATION, CRITERION=HC\n1.3, {b}, 0.05\n"
+
+    def test_a_table_has_the_indicator(self):
+        path = self.write(self.STEEL.format(b=0.25) + "".join(
+            f"*MATERIAL TEST, NAME={name}, MATERIAL=steel, TYPE={kind}, STRESS STATE=PLANE STRESS\n"
+            "0.2\n" for name, kind in (("a", "UNIAXIAL"), ("b", "EQUIBIAXIAL"),
+                                       ("c", "PLANE STRAIN"))))
+        self.run_program("material", path)
+        for name in "ab":
+            table = columns(self.path(f"deck-{name}.csv"))
+            np.testing.assert_allclose(table["state_damage [1]"], table["eqps [1]"] / 0.25,
+                                       rtol=1e-9)
+        table = columns(self.path("deck-c.csv"))
+        growth = np.diff(table["state_damage [1]"])[-20:] / np.diff(table["eqps [1]"])[-20:]
+        a, c, difference = 1.3, 0.05, 1 / 3**0.5      # of principal stresses over that of von Mises
+        h = (difference**a + 0.5 * (2 * difference)**a)**(1 / a) + 2 * c * difference
+        np.testing.assert_allclose(growth, (h / (1 + c))**10 / 0.25, rtol=1e-3)
+
+    def test_a_run_shows_it_and_warns_once(self):
+        for element, held in (("SHELL", "ALL, 3, 3"), ("SOLID", "Z_MIN, ZSYMM")):
+            strip = STRIP.split("*BLANK", maxsplit=1)[1].format(element=element)
+            path = self.write(self.STEEL.format(b=0.04) + "*BLANK" + strip.replace(
+                "2090-T3", "steel").replace("ALL, 3, 3", held))
+            done = self.run_program(path, "--quiet")
+            self.assertEqual(done.stderr.count("fracture is expected"), 1, done.stderr)
+            with h5py.File(self.path("deck.h5")) as file:
+                fields = file["VTKHDF/PointData"]
+                top = "_top" if element == "SHELL" and "eqps_top" in fields else ""
+                strain, damage = fields["eqps" + top][:], fields["damage" + top][:]
+                state = file["points/statev"][..., -1]
+            np.testing.assert_allclose(damage, strain / 0.04, atol=1e-6)
+            self.assertGreater(damage.max(), 1.1)
+            self.assertAlmostEqual(state.max(), damage.max(), delta=1e-6)
+
+
 class TestUserRoutine(Folder):
     def test_a_umat_is_led_as_the_built_in_law(self):
         tests = (TENSION.format(name="a", strain=0.3) + "*MATERIAL TEST, NAME=b, MATERIAL=steel, "
