@@ -1,9 +1,10 @@
-"""Forming-limit diagram: strains in the sheet's plane, a limit curve, zones; these on the part."""
+"""Forming-limit diagram: strains in the sheet's plane, a limit curve, zones; these on the part; or
+principal stresses and their limit."""
 import numpy as np
 
 from post import fld_picture, limit_curve, picture, zone_map, zones
 from post.mirror import parse_axes
-from post.results import Results
+from post.results import Results, ResultsError
 from post.style import save
 
 LAYERS = {"middle": "mid-surface", "top": "top face (zeta_max)", "bottom": "bottom face (zeta_min)"}
@@ -20,7 +21,9 @@ def add_arguments(command):
     command.add_argument("--mirror", type=parse_axes, default=(), metavar="AXES",
                          help="complete the part of the map as in `post picture`")
     picture.add_size_argument(command)
-    limit_curve.add_arguments(command)
+    limit_curve.add_arguments(command).add_argument(
+        "--stress", metavar="CSV", help="principal stresses instead, with the limit of a table of "
+        "TYPE=FORMING LIMIT; needs FIELDS=STRESS")
     zones.add_arguments(command)
     command.add_argument("--engineering", action="store_true",
                          help="strains of picture and --curve are engineering strains")
@@ -29,6 +32,9 @@ def add_arguments(command):
 def run(arguments):
     with Results(arguments.file) as results:
         frame = results.frame(arguments.frame, arguments.time)
+        if arguments.stress:
+            save(draw_stresses(results, frame, arguments), arguments.out, arguments.small)
+            return 0
         borders = zones.Borders(limit_curve.limit_curve(arguments, results), arguments)
         tell(results, frame, borders)
         if arguments.map:
@@ -45,6 +51,38 @@ def draw(results, frame, borders, arguments):
               for layer in arguments.layer or ("bottom", "top")}
     return fld_picture.draw(clouds, borders, arguments.engineering,
                             picture.time_text(results, frame))
+
+
+def draw_stresses(results, frame, arguments):
+    """The diagram of stresses; prints how near each layer comes to the limit."""
+    if arguments.map or arguments.engineering:
+        raise ResultsError("--stress goes with neither --map nor --engineering, which are of "
+                           "strains")
+    unit = results.unit_of_field("mises")
+    borders = zones.StressBorders(limit_curve.stress_curve(arguments.stress, unit), arguments)
+    clouds = {name: plane_stresses(results, frame, layer) for layer, name in LAYERS.items()}
+    for name, (minor, major) in clouds.items():
+        share = borders.share(minor, major)
+        print(f"{name}: largest major stress {major.max():.5g} {unit} at minor "
+              f"{minor[np.argmax(major)]:.5g}; {np.count_nonzero(share > 1)} of {len(share)} "
+              f"points beyond the limit; largest stress is {share.max():.3f} of its limit")
+    shown = [LAYERS[layer] for layer in arguments.layer or ("bottom", "top")]
+    return fld_picture.draw_stresses({name: clouds[name] for name in shown}, borders, unit,
+                                     picture.time_text(results, frame))
+
+
+def plane_stresses(results, frame, layer):
+    """Minor and major principal stress in the sheet's plane at the display points of a layer. The
+    principal stress nearest to zero counts as that through the thickness."""
+    found = []
+    for patch in results.patches:
+        grid = [patch.field(name, frame)[..., 0] for name in ("stress_min", "stress_mid",
+                                                              "stress_max")]
+        values = layer_of(np.stack(grid, axis=-1), layer).reshape(-1, 3)
+        values = values[np.all(np.isfinite(values), axis=1)]     # not outside an outline
+        is_kept = np.arange(3) != np.argmin(np.abs(values), axis=1)[:, None]
+        found.append(values[is_kept].reshape(-1, 2))
+    return np.concatenate(found).T
 
 
 def draw_map(results, frame, borders, arguments):

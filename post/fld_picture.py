@@ -14,12 +14,37 @@ LEAST_REACH = 0.1    # strains that are shown at least
 def draw(clouds, borders, is_engineering, time):
     """`clouds`: minor and major strains by the name of their layer; `time`: for the title."""
     shown = np.expm1 if is_engineering else np.asarray
+    figure, axis, (left, right, high) = draw_zones(clouds, borders, LEAST_REACH, shown)
+    draw_paths(axis, shown, left, right, high)
+    kind = "engineering" if is_engineering else "logarithmic"
+    axis.set(xlabel=f"minor strain, {kind}", ylabel=f"major strain, {kind}",
+             title=f"Forming-limit diagram, {time}")
+    axis.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1), markerscale=2)
+    return figure
+
+
+def draw_stresses(clouds, borders, unit, time):
+    """The same of principal stresses in the sheet's plane."""
+    least = LEAST_REACH * float(borders.curve(0.0))
+    figure, axis, _ = draw_zones(clouds, borders, least, np.asarray)
+    axis.axline((0, 0), slope=1, color="#555555", linewidth=0.8, linestyle=(0, (3, 1, 1, 1, 1, 1)),
+                label="equibiaxial")
+    axis.axvline(0, color="#555555", linewidth=0.8, linestyle="--", label="uniaxial tension")
+    axis.set(xlabel=f"minor principal stress [{unit}]", ylabel=f"major principal stress [{unit}]",
+             title=f"Forming limit of stresses, {time}")
+    axis.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1), markerscale=2)
+    return figure
+
+
+def draw_zones(clouds, borders, least, shown):
+    """Zones, limit curve and clouds of an axis that reaches as far as they do, `least` at least;
+    with its bounds left, right and above."""
     figure, axis = plt.subplots(figsize=(9, 5.5), layout="constrained")
     minor, major = (np.concatenate([cloud[i] for cloud in clouds.values()]) for i in (0, 1))
-    left, right = (function(LEAST_REACH * sign, 1.1 * extreme) for function, sign, extreme
+    left, right = (function(least * sign, 1.1 * extreme) for function, sign, extreme
                    in ((min, -1, minor.min()), (max, 1, minor.max())))
     x = np.linspace(left, right, 400)
-    high = max(LEAST_REACH, 1.1 * float(major.max()))
+    high = max(least, 1.1 * float(major.max()))
     if borders.curve is not None:
         high = max(high, 1.05 * float(borders.curve(x).max()))
     low = min(-0.03 * high, 1.1 * float(major.min()))
@@ -33,13 +58,8 @@ def draw(clouds, borders, is_engineering, time):
     for (name, (a, b)), (marker, colour) in zip(clouds.items(), MARKERS):
         axis.plot(shown(a), shown(b), linestyle="None", marker=marker, color=colour, markersize=3,
                   markeredgewidth=0, alpha=0.7, label=name)
-    draw_paths(axis, shown, left, right, high)
-    kind = "engineering" if is_engineering else "logarithmic"
-    axis.set(xlabel=f"minor strain, {kind}", ylabel=f"major strain, {kind}",
-             xlim=shown(np.array([left, right])), ylim=shown(np.array([low, high])),
-             title=f"Forming-limit diagram, {time}")
-    axis.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1), markerscale=2)
-    return figure
+    axis.set(xlim=shown(np.array([left, right])), ylim=shown(np.array([low, high])))
+    return figure, axis, (left, right, high)
 
 
 def draw_paths(axis, shown, left, right, high):

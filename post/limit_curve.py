@@ -7,14 +7,14 @@ ones with slope 1/2, both in logarithmic strains. Or a user's, a CSV file of min
 """
 import numpy as np
 
-from post.number_table import read_numbers
+from post.number_table import read_columns, read_numbers
 from post.results import ResultsError
 
 MOST_N, MOST_THICKNESS = 0.21, 3.1
 
 
 def add_arguments(command):
-    """Options that choose the curve."""
+    """Options that choose the curve; those that exclude each other are returned as a group."""
     limit = command.add_mutually_exclusive_group()
     limit.add_argument("-n", "--exponent", type=float, metavar="N",
                        help="hardening exponent, for the curve of Keeler and Brazier")
@@ -22,6 +22,7 @@ def add_arguments(command):
                                                       "line, logarithmic")
     command.add_argument("--thickness", type=float, metavar="MM",
                          help="thickness in mm for that curve (default: that of the sheet)")
+    return limit
 
 
 def limit_curve(arguments, results):
@@ -62,9 +63,24 @@ def listed_curve(minor, major):
 
 def read_curve(path, is_engineering):
     """Minor and major logarithmic strains of a CSV file, which may have a heading."""
-    values = read_numbers(path)
+    values = in_order(read_numbers(path), path, "strain")
+    return (np.log1p(values) if is_engineering else values).T
+
+
+def in_order(values, path, quantity):
+    """Points of a curve by rising minor values."""
     values = values[np.lexsort(values.T[::-1])]
     if len(values) < 2 or np.any(np.diff(values[:, 0]) <= 0):
-        raise ResultsError(f"'{path}' holds no curve: at least two lines of minor and major strain "
-                           "with different minor strains are needed")
-    return (np.log1p(values) if is_engineering else values).T
+        raise ResultsError(f"'{path}' holds no curve: at least two lines of minor and major "
+                           f"{quantity} with different minor values are needed")
+    return values
+
+
+def stress_curve(path, unit):
+    """The limit of the major principal stress as a function of the minor one, from the table of a
+    *MATERIAL TEST, TYPE=FORMING LIMIT."""
+    values, units = read_columns(path, ("stress_minor", "stress_major"))
+    if units[0] != unit:
+        raise ResultsError(f"the stresses of '{path}' are in {units[0]}, those of the result in "
+                           f"{unit}: give both decks the same *UNITS")
+    return listed_curve(*in_order(values, path, "stress").T)

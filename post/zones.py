@@ -38,11 +38,19 @@ class Borders:
         self.below_limit = NOT_JUDGED if curve is None else SAFE
         self.margin, self.thickening = arguments.margin, np.log1p(arguments.thickening)
 
-    def zone(self, minor, major):
-        """Number of the zone of each point."""
+    def far_from_limit(self, minor, major):
+        """Number of the zone of each point if no limit is near."""
         thickening = -(minor + major)
         found = np.where(thickening > LEAST, WRINKLE, self.below_limit)
-        found = np.where(thickening > self.thickening, THICKENING, found)
+        return np.where(thickening > self.thickening, THICKENING, found)
+
+    def far_levels(self, minor):
+        """Zones far from the limit, and up to which major strain."""
+        return [(THICKENING, -minor - self.thickening), (WRINKLE, -minor - LEAST)]
+
+    def zone(self, minor, major):
+        """Number of the zone of each point."""
+        found = self.far_from_limit(minor, major)
         if self.curve is not None:
             share = self.share(minor, major)
             found = np.where(share > 1 - self.margin, MARGINAL, found)
@@ -55,7 +63,7 @@ class Borders:
 
     def lines(self, minor, lowest, highest):
         """Zones and the major strains between which they lie at minor strains, from below."""
-        levels = [(THICKENING, -minor - self.thickening), (WRINKLE, -minor - LEAST)]
+        levels = self.far_levels(minor)
         if self.curve is not None:
             limit = self.curve(minor)
             levels += [(SAFE, (1 - self.margin) * limit), (MARGINAL, limit)]
@@ -65,3 +73,13 @@ class Borders:
             above = np.clip(above, below, np.maximum(highest, below))
             yield zone, below, above
             below = above
+
+
+class StressBorders(Borders):
+    """The same of principal stresses, which say nothing of the thickness: the limit alone."""
+
+    def far_from_limit(self, minor, major):
+        return np.full_like(major, SAFE, dtype=int)
+
+    def far_levels(self, minor):
+        return []

@@ -19,6 +19,13 @@ module forming_limit
 
   public :: find_limit, ratio_of
 
+  !> Where a proportional path ends.
+  type, public :: limit_t
+    real(wp) :: strain = 0.0_wp      !! major strain
+    real(wp) :: groove = 0.0_wp      !! to its normal at the end, from the major strain [degrees]
+    real(wp) :: stress(2) = 0.0_wp   !! principal stresses of the sheet in its plane, minor first
+  end type limit_t
+
   character(*), parameter :: end_words = "the groove bears no more"
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
   real(wp), parameter :: many = 10.0_wp            !! of the rates of thinning
@@ -39,62 +46,56 @@ contains
   end function ratio_of
 
   !> Limit of a proportional path: that of the groove which fails first.
-  subroutine find_limit(spec, law, ratio, limit, groove, error)
+  subroutine find_limit(spec, law, ratio, limit, error)
     type(material_test_spec_t), intent(in) :: spec
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: ratio          !! minor over major strain
-    real(wp), intent(out) :: limit         !! major strain
-    real(wp), intent(out) :: groove        !! across the groove, from the major strain [degrees]
+    type(limit_t), intent(out) :: limit
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: reached, turned
+    type(limit_t) :: reached
     integer :: i, first, last
 
-    limit = far
-    groove = 0.0_wp
+    limit%strain = far
     last = merge(n_angles - 1, 0, ratio < 0.0_wp)
     first = merge(-last, 0, abs(modulo(spec%angle, 90.0_wp)) > 0.0_wp)
     do i = first, last
-      call stretch(spec, law, ratio, angle_step*i*degree, limit, reached, turned, error)
+      call stretch(spec, law, ratio, angle_step*i*degree, limit%strain, reached, error)
       if (allocated(error)) return
-      if (reached >= limit) cycle
-      limit = reached
-      groove = turned/degree
+      if (reached%strain < limit%strain) limit = reached
     end do
-    if (limit >= far) call fail(error, "the groove does not fail up to a strain of "// &
+    if (limit%strain >= far) call fail(error, "the groove does not fail up to a strain of "// &
                                 to_text(far)//" at the ratio "//to_text(ratio)//"; expected a "// &
                                 "law whose hardening saturates, or a deeper groove")
   end subroutine find_limit
 
   !> Strain the sheet until a groove fails, or up to `most`.
-  subroutine stretch(spec, law, ratio, start, most, reached, turned, error)
+  subroutine stretch(spec, law, ratio, start, most, limit, error)
     type(material_test_spec_t), intent(in) :: spec
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: ratio, start, most    !! start: angle of the groove [radians]
-    real(wp), intent(out) :: reached              !! major strain
-    real(wp), intent(out) :: turned               !! the groove at the end [radians]
+    type(limit_t), intent(out) :: limit
     type(error_t), allocatable, intent(out) :: error
     logical, parameter :: is_stress(6) = [.false., .false., .true., .false., .true., .true.]
     type(material_point_t) :: sheet, groove, before
     type(error_t), allocatable :: trouble
     type(control_t) :: control
-    real(wp) :: aim(6), thinning, last, start_eqps
+    real(wp) :: aim(6), thinning, last, start_eqps, turned
     logical :: flows
 
     sheet = new_point(law, spec%state, spec%fields, is_plane=.true.)
     groove = sheet
     control = new_control(is_stress, degree*spec%angle)
-    reached = 0.0_wp
+    before = sheet
     turned = start
     last = 0.0_wp
     start_eqps = sheet%state(law%eqps_state)
     do
       if (is_stop_wanted()) call fail(error, stop_words//"; the rows up to there are kept")
       if (allocated(error)) return
-      before = sheet
       aim = spec%step*[1.0_wp, ratio, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       call advance(law, control, aim, [0.0_wp, 0.0_wp, 0.0_wp], spec%step/spec%rate, sheet, error)
       if (allocated(error)) return
-      turned = atan(tan(start)*exp((1.0_wp - ratio)*(reached + spec%step)))
+      turned = atan(tan(start)*exp((1.0_wp - ratio)*(limit%strain + spec%step)))
       call follow_sheet(spec, law, before, sheet, turned, last, groove, trouble)
       if (allocated(trouble)) then
         if (is_end_of_groove(trouble%message)) exit
@@ -106,9 +107,15 @@ contains
       flows = before%state(law%eqps_state) > start_eqps .and. &
               sheet%state(law%eqps_state) > before%state(law%eqps_state)
       if (flows .and. last < many*thinning) exit
-      reached = reached + spec%step
-      if (reached >= most) exit
+      limit%strain = limit%strain + spec%step
+      before = sheet
+      if (limit%strain >= most) exit
     end do
+    limit%groove = turned/degree
+    associate (stress => before%stress)
+      limit%stress = 0.5_wp*(stress(1) + stress(2)) + [-1.0_wp, 1.0_wp] &
+                     *sqrt(0.25_wp*(stress(1) - stress(2))**2 + stress(4)**2)
+    end associate
   end subroutine stretch
 
   !> Does a failure say that the groove bears no more? Others are those of the law.

@@ -10,7 +10,7 @@ module material_test
   use simple_shear, only: simple_shear_of, shear_limit
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
                             strain_to_frame, stress_to_frame, plastic_strain, stop_words
-  use forming_limit, only: find_limit, ratio_of
+  use forming_limit, only: limit_t, find_limit, ratio_of
   use result_table, only: result_table_t, add_column, tensor_components
   use child_process, only: shared_rows_t, new_rows, begin_rows, add_row, end_rows, values_of
   implicit none
@@ -66,7 +66,7 @@ contains
       n_columns = 3
       n_most = spec%n_repeats
     case ("YIELD LOCUS", "FORMING LIMIT")
-      n_columns = 4
+      n_columns = merge(4, 6, spec%kind == "YIELD LOCUS")
       n_most = spec%n_repeats
     case default
       program = new_program(spec)
@@ -148,6 +148,8 @@ contains
         call add_column(table, "ratio", "1", "minor over major strain", values(3:3, :))
         call add_column(table, "groove", "1", "degrees from the major strain to the normal of "// &
                         "the groove that fails first, at the end", values(4:4, :))
+        call add_column(table, "stress", "stress", "principal stresses of the sheet at the "// &
+                        "limit", values(5:6, :), strings(["minor", "major"]))
       case default
         call fill_history(values, law, spec, table)
       end select
@@ -340,14 +342,15 @@ contains
     class(block_law_t), intent(in) :: law
     type(shared_rows_t), intent(inout) :: rows
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: ratio, limit, groove
+    type(limit_t) :: limit
+    real(wp) :: ratio
     integer :: i
 
     do i = 1, spec%n_repeats
       ratio = ratio_of(i, spec%n_repeats)
-      call find_limit(spec, law, ratio, limit, groove, error)
+      call find_limit(spec, law, ratio, limit, error)
       if (allocated(error)) return
-      call add_row(rows, [ratio*limit, limit, ratio, groove])
+      call add_row(rows, [ratio*limit%strain, limit%strain, ratio, limit%groove, limit%stress])
     end do
   end subroutine find_limits
 

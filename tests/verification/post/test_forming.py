@@ -88,6 +88,35 @@ class TestStretchedSheet(unittest.TestCase):
             self.assertIn(f"{n} of 48 points beyond the limit", done.stdout)
             self.assertTrue(os.path.isfile(self.path.removesuffix(".h5") + "-fld.png"))
 
+    def test_stresses_in_the_plane_are_the_other_two(self):
+        with Results(self.path) as results:
+            for layer in fld.LAYERS:
+                minor, major = fld.plane_stresses(results, 2, layer)
+                mises = np.mean(results.blank_grid("mises", 2))
+                np.testing.assert_allclose(np.hypot(major - minor / 2, 0.75**0.5 * minor), mises,
+                                           rtol=5e-3)
+                # Von Mises flow along the strain path, which is curved a little.
+                ratio = MINOR / MAJOR
+                np.testing.assert_allclose(minor / major, (1 + 2 * ratio) / (2 + ratio), rtol=3e-2)
+
+    def test_the_command_compares_stresses_with_a_table(self):
+        table = os.path.join(self.folder.name, "limit.csv")
+        command = [sys.executable, "-m", "post", "fld", self.path, "--stress", table]
+        with Results(self.path) as results:
+            _, major = fld.plane_stresses(results, 2, "middle")
+        for unit, level, options, code, words in (
+                ("MPa", 0.9 * major.min(), [], 0, "63 of 63 points beyond the limit"),
+                ("MPa", 1.1 * major.max(), [], 0, "0 of 63 points beyond the limit"),
+                ("Pa", 1e8, [], 1, "are in Pa, those of the result in MPa"),
+                ("MPa", 1e8, ["--map"], 1, "--stress goes with neither --map")):
+            with open(table, "w", encoding="utf-8") as file:
+                file.write(f"major [1],stress_minor [{unit}],stress_major [{unit}]\n"
+                           f"0.1,-100,{level}\n0.2,600,{level}\n")
+            done = subprocess.run([*command, *options], cwd=PROJECT, capture_output=True, text=True,
+                                  check=False)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn(words, done.stdout + done.stderr)
+
     def test_the_mass_of_the_blank_is_in_the_file(self):
         with Results(self.path) as results:
             self.assertAlmostEqual(results.file["provenance/blank_mass"][()], 7.85e-9 * 200,
@@ -126,6 +155,20 @@ class TestLimitCurves(unittest.TestCase):
             np.testing.assert_allclose(minor, np.log1p([-0.1, 0.1]))
             np.testing.assert_allclose(major, np.log1p([0.6, 0.5]))
         self.assertRaises(ResultsError, limit_curve.read_curve, path, False)
+
+    def test_columns_are_found_by_their_names(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "table.csv")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("major [1],stress_major [MPa],stress_minor [MPa]\n1,2,3\n4,5,1\n")
+            curve = limit_curve.stress_curve(path, "MPa")
+            np.testing.assert_allclose(curve(np.array([1, 2, 3])), [5, 3.5, 2])
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("minor [1],major [1]\n1,2\n")
+            with self.assertRaises(ResultsError) as caught:
+                limit_curve.stress_curve(path, "MPa")
+            self.assertIn("no column stress_minor, stress_major, but minor, major",
+                          str(caught.exception))
 
     def test_layers(self):
         values = np.arange(6.0)[:, None]
