@@ -23,7 +23,7 @@ def add_arguments(command):
     picture.add_size_argument(command)
     limit_curve.add_arguments(command).add_argument(
         "--stress", metavar="CSV", help="principal stresses instead, with the limit of a table of "
-        "TYPE=FORMING LIMIT; needs FIELDS=STRESS")
+        "TYPE=FORMING LIMIT or LIMIT STRESS; needs FIELDS=STRESS")
     zones.add_arguments(command)
     command.add_argument("--engineering", action="store_true",
                          help="strains of picture and --curve are engineering strains")

@@ -78,7 +78,7 @@ def in_order(values, path, quantity):
 
 def stress_curve(path, unit):
     """The limit of the major principal stress as a function of the minor one, from the table of a
-    *MATERIAL TEST, TYPE=FORMING LIMIT."""
+    *MATERIAL TEST, TYPE=FORMING LIMIT or LIMIT STRESS."""
     values, units = read_columns(path, ("stress_minor", "stress_major"))
     if units[0] != unit:
         raise ResultsError(f"the stresses of '{path}' are in {units[0]}, those of the result in "

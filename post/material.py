@@ -9,7 +9,7 @@ CURVES = {
     "UNIAXIAL": (0, 0, 1), "CYCLIC": (0, 0, 1), "PLANE STRAIN": (0, 0, 1),
     "COMPRESSION": (2, 2, -1), "SIMPLE SHEAR": (3, 3, 1),
 }
-TABLES = ("R VALUES", "YIELD LOCUS", "FORMING LIMIT")
+TABLES = ("R VALUES", "YIELD LOCUS", "FORMING LIMIT", "LIMIT STRESS")
 
 COLOURS = plt.get_cmap("tab10").colors
 
@@ -43,7 +43,8 @@ def draw(tests):
     """A panel for each kind of result that is there."""
     curves = {name: test for name, test in tests.items() if kind(test) not in TABLES}
     drawings = [(draw_curves, curves), (draw_hardening, curves)]
-    for name, drawing in zip(TABLES, (draw_r_values, draw_locus, draw_limits)):
+    for name, drawing in zip(TABLES, (draw_r_values, draw_locus, draw_limits,
+                                     draw_limit_stresses)):
         drawings.append((drawing, {n: t for n, t in tests.items() if kind(t) == name}))
     drawings = [(drawing, group) for drawing, group in drawings if group]
     n_columns = min(2, len(drawings))
@@ -147,3 +148,11 @@ def draw_limits(panel, tests):
         panel.plot(test["minor"][:], test["major"][:], ".-", color=colour(i), label=name)
     panel.set_ylim(0, None)
     panel.set(xlabel="minor strain", ylabel="major strain at the limit")
+
+
+def draw_limit_stresses(panel, tests):
+    for i, (name, test) in enumerate(tests.items()):
+        panel.plot(*test["stress"][:].T, ".-", color=colour(i), label=name)
+        panel.set(xlabel=f"minor principal stress [{unit(test, 'stress')}]",
+                  ylabel=f"major principal stress at the limit [{unit(test, 'stress')}]")
+    panel.set_ylim(0, None)

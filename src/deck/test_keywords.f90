@@ -64,7 +64,7 @@ contains
     test%n_increments = option_integer(record, "INCREMENTS")
     test%rate = option_real(record, "RATE")
     test%is_plane = option_text(record, "STRESS STATE") == "PLANE STRESS"
-    test%is_plane = test%is_plane .or. test%kind == "FORMING LIMIT"
+    test%is_plane = test%is_plane .or. any(test%kind == ["FORMING LIMIT", "LIMIT STRESS "])
     if (test%is_plane .and. test%kind == "COMPRESSION") &
       call add_error(errors, record%origin, "STRESS STATE=PLANE STRESS with TYPE=COMPRESSION, "// &
                      "which needs a stress 33", "STRESS STATE=THREE DIMENSIONAL")
@@ -84,6 +84,8 @@ contains
       test%groove = field_real(record, 1, 1)
       test%n_repeats = field_integer(record, 1, 2)
       test%step = field_real(record, 1, 3)
+    case ("LIMIT STRESS")
+      call read_limits(deck, record, test, errors)
     case default
       test%strain = field_real(record, 1, 1)
       if (test%kind == "CYCLIC" .or. test%kind == "R VALUES") then
@@ -95,6 +97,26 @@ contains
       end if
     end select
   end subroutine read_test
+
+  !> Limit strains, a path of its own to each.
+  subroutine read_limits(deck, record, test, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_test_spec_t), intent(inout) :: test
+    type(error_list_t), intent(inout) :: errors
+    integer :: line
+
+    allocate (test%limits(2, record%n_lines))
+    do line = 1, record%n_lines
+      associate (limit => test%limits(:, line))
+        limit = [field_real(record, line, 1), field_real(record, line, 2)]
+        if (abs(limit(1)) > limit(2)) &
+          call add_error(errors, line_origin(deck, record, line), "the minor strain "// &
+                         to_text(limit(1))//" with the major strain "//to_text(limit(2)), &
+                         "minor strains between minus the major one and the major one")
+      end associate
+    end do
+  end subroutine read_limits
 
   subroutine read_path(deck, record, test, errors)
     type(parsed_deck_t), intent(in) :: deck

@@ -278,6 +278,7 @@ module scene
     real(wp) :: threshold = 0.0_wp          !! plastic strain that counts as yielding
     real(wp) :: groove = 1.0_wp             !! FORMING LIMIT: its thickness over that of the sheet
     real(wp) :: step = 0.0_wp               !! and the increment of the major strain
+    real(wp), allocatable :: limits(:, :)   !! LIMIT STRESS: minor and major strains, shape (2, n)
     logical :: is_stress(6) = .false.       !! PATH: components that are stresses
     real(wp), allocatable :: path(:, :)     !! PATH: time and six components, shape (7, corners)
     real(wp), allocatable :: state(:)       !! state variables at the start, the others being zero

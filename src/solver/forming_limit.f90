@@ -17,7 +17,7 @@ module forming_limit
   implicit none
   private
 
-  public :: find_limit, ratio_of
+  public :: find_limit, stress_at, ratio_of
 
   !> Where a proportional path ends.
   type, public :: limit_t
@@ -35,6 +35,8 @@ module forming_limit
   !! material is not the same there. Beyond zero minor strain the first is the worst.
   integer, parameter :: n_angles = 10
   real(wp), parameter :: angle_step = 5.0_wp       !! [degrees]
+  !> Its components 33, 13 and 23; the others are strains.
+  logical, parameter :: is_stress_of_sheet(6) = [.false., .false., .true., .false., .true., .true.]
 
 contains
 
@@ -75,7 +77,6 @@ contains
     real(wp), intent(in) :: ratio, start, most    !! start: angle of the groove [radians]
     type(limit_t), intent(out) :: limit
     type(error_t), allocatable, intent(out) :: error
-    logical, parameter :: is_stress(6) = [.false., .false., .true., .false., .true., .true.]
     type(material_point_t) :: sheet, groove, before
     type(error_t), allocatable :: trouble
     type(control_t) :: control
@@ -84,7 +85,7 @@ contains
 
     sheet = new_point(law, spec%state, spec%fields, is_plane=.true.)
     groove = sheet
-    control = new_control(is_stress, degree*spec%angle)
+    control = new_control(is_stress_of_sheet, degree*spec%angle)
     before = sheet
     turned = start
     last = 0.0_wp
@@ -112,11 +113,44 @@ contains
       if (limit%strain >= most) exit
     end do
     limit%groove = turned/degree
-    associate (stress => before%stress)
-      limit%stress = 0.5_wp*(stress(1) + stress(2)) + [-1.0_wp, 1.0_wp] &
-                     *sqrt(0.25_wp*(stress(1) - stress(2))**2 + stress(4)**2)
-    end associate
+    limit%stress = plane_principal(before)
   end subroutine stretch
+
+  !> Principal stresses of the sheet after strains in proportion, minor first.
+  subroutine stress_at(spec, law, strains, stress, error)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: strains(2)     !! minor and major strain
+    real(wp), intent(out) :: stress(2)
+    type(error_t), allocatable, intent(out) :: error
+    type(material_point_t) :: sheet
+    type(control_t) :: control
+    real(wp) :: aim(6)
+    integer :: i
+
+    stress = 0.0_wp
+    sheet = new_point(law, spec%state, spec%fields, is_plane=.true.)
+    control = new_control(is_stress_of_sheet, degree*spec%angle)
+    aim = [strains(2), strains(1), 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]/spec%n_increments
+    do i = 1, spec%n_increments
+      if (is_stop_wanted()) call fail(error, stop_words//"; the rows up to there are kept")
+      if (allocated(error)) return
+      call advance(law, control, aim, [0.0_wp, 0.0_wp, 0.0_wp], &
+                   strains(2)/(spec%n_increments*spec%rate), sheet, error)
+    end do
+    if (.not. allocated(error)) stress = plane_principal(sheet)
+  end subroutine stress_at
+
+  !> Principal stresses of a point in plane stress, minor first.
+  pure function plane_principal(point) result(values)
+    type(material_point_t), intent(in) :: point
+    real(wp) :: values(2)
+
+    associate (stress => point%stress)
+      values = 0.5_wp*(stress(1) + stress(2)) + [-1.0_wp, 1.0_wp] &
+               *sqrt(0.25_wp*(stress(1) - stress(2))**2 + stress(4)**2)
+    end associate
+  end function plane_principal
 
   !> Does a failure say that the groove bears no more? Others are those of the law.
   pure logical function is_end_of_groove(message)

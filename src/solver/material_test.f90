@@ -10,7 +10,7 @@ module material_test
   use simple_shear, only: simple_shear_of, shear_limit
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
                             strain_to_frame, stress_to_frame, plastic_strain, stop_words
-  use forming_limit, only: limit_t, find_limit, ratio_of
+  use forming_limit, only: limit_t, find_limit, stress_at, ratio_of
   use result_table, only: result_table_t, add_column, tensor_components
   use child_process, only: shared_rows_t, new_rows, begin_rows, add_row, end_rows, values_of
   implicit none
@@ -65,6 +65,9 @@ contains
     case ("R VALUES")
       n_columns = 3
       n_most = spec%n_repeats
+    case ("LIMIT STRESS")
+      n_columns = 4
+      n_most = size(spec%limits, 2)
     case ("YIELD LOCUS", "FORMING LIMIT")
       n_columns = merge(4, 6, spec%kind == "YIELD LOCUS")
       n_most = spec%n_repeats
@@ -98,6 +101,8 @@ contains
       call find_yield_locus(spec, law, rows, error)
     case ("FORMING LIMIT")
       call find_limits(spec, law, rows, error)
+    case ("LIMIT STRESS")
+      call convert_limits(spec, law, rows, error)
     case default
       call follow(new_program(spec), law, spec, point, shear, error, rows)
       if (shear > shear_limit .and. law%shear_warning() /= "") &
@@ -116,7 +121,7 @@ contains
       "time [],strain_11 [],strain_22 [],strain_33 [],strain_12 [],strain_13 [],strain_23 [],"// &
       "stress_11 [],stress_22 [],stress_33 [],stress_12 [],stress_13 [],stress_23 [],eqps []", &
       "angle [],r_value [],stress []", "direction [],stress_11 [],stress_22 [],eqps []", &
-      "minor [],major [],ratio [],groove []"])
+      "minor [],major [],ratio [],groove []", "minor [],major [],stress_minor []"])
   end function table_heads
 
   !> The rows as a table with names and units.
@@ -142,19 +147,36 @@ contains
                         "being zero: 11, 22", values(2:3, :), strings(["11", "22"]))
         call add_column(table, "eqps", "1", "plastic strain reached", values(4:4, :))
       case ("FORMING LIMIT")
-        call add_column(table, "minor", "1", "minor strain at the limit, logarithmic", &
-                        values(1:1, :))
-        call add_column(table, "major", "1", "major strain at the limit", values(2:2, :))
+        call add_limits(values, table)
         call add_column(table, "ratio", "1", "minor over major strain", values(3:3, :))
         call add_column(table, "groove", "1", "degrees from the major strain to the normal of "// &
                         "the groove that fails first, at the end", values(4:4, :))
-        call add_column(table, "stress", "stress", "principal stresses of the sheet at the "// &
-                        "limit", values(5:6, :), strings(["minor", "major"]))
+        call add_limit_stresses(values(5:6, :), table)
+      case ("LIMIT STRESS")
+        call add_limits(values, table)
+        call add_limit_stresses(values(3:4, :), table)
       case default
         call fill_history(values, law, spec, table)
       end select
     end associate
   end subroutine fill_table
+
+  !> Limit strains, first in each row.
+  subroutine add_limits(values, table)
+    real(wp), intent(in) :: values(:, :)
+    type(result_table_t), intent(inout) :: table
+
+    call add_column(table, "minor", "1", "minor strain at the limit, logarithmic", values(1:1, :))
+    call add_column(table, "major", "1", "major strain at the limit", values(2:2, :))
+  end subroutine add_limits
+
+  subroutine add_limit_stresses(stresses, table)
+    real(wp), intent(in) :: stresses(:, :)     !! minor first
+    type(result_table_t), intent(inout) :: table
+
+    call add_column(table, "stress", "stress", "principal stresses of the sheet at the limit", &
+                    stresses, strings(["minor", "major"]))
+  end subroutine add_limit_stresses
 
   pure function new_program(spec) result(program)
     type(material_test_spec_t), intent(in) :: spec
@@ -353,6 +375,22 @@ contains
       call add_row(rows, [ratio*limit%strain, limit%strain, ratio, limit%groove, limit%stress])
     end do
   end subroutine find_limits
+
+  !> Stresses of the sheet at limit strains that the deck gives, on proportional paths.
+  subroutine convert_limits(spec, law, rows, error)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(shared_rows_t), intent(inout) :: rows
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: stress(2)
+    integer :: i
+
+    do i = 1, size(spec%limits, 2)
+      call stress_at(spec, law, spec%limits(:, i), stress, error)
+      if (allocated(error)) return
+      call add_row(rows, [spec%limits(:, i), stress])
+    end do
+  end subroutine convert_limits
 
   !> From zero along one direction of stress until the plastic strain passes the threshold.
   subroutine find_yield(law, direction, spec, point, error)

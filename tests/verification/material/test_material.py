@@ -471,6 +471,38 @@ class TestLargeShear(Folder):
             self.assertIn("in element (1, 1, 1)", log.read())
 
 
+class TestLimitStresses(Folder):
+    def test_strains_of_a_curve_become_the_stresses_of_the_law(self):
+        path = self.write(STEEL.format(hardening=250) + "*MATERIAL TEST, NAME=a, MATERIAL=steel, "
+                          "TYPE=FORMING LIMIT\n0.98, 4\n")
+        self.run_program("material", path)
+        found = columns(self.path("deck-a.csv"))
+        self.write("minor,major\n" + "".join(f"{minor},{major}\n" for minor, major in zip(
+            found["minor [1]"], found["major [1]"])), "curve.csv")
+        test = "*MATERIAL TEST, NAME=a, MATERIAL=steel, TYPE=LIMIT STRESS"
+        path = self.write(STEEL.format(hardening=250) + test + ", INPUT=curve.csv\n")
+        self.run_program("material", path)                 # over the table of before
+        given = columns(self.path("deck-a.csv"))
+        self.assertEqual(list(given), ["minor [1]", "major [1]", "stress_minor [stress]",
+                                       "stress_major [stress]"])
+        for name, values in given.items():
+            np.testing.assert_allclose(values, found[name], rtol=1e-3, atol=0.5)
+        # Plane strain: s1 = 2 s2 = 2/sqrt(3) of the flow stress after 2/sqrt(3) e1.
+        path = self.write(STEEL.format(hardening=250) + test + ", INCREMENTS=1000\n0, 0.3\n")
+        self.run_program("material", path)
+        table = columns(self.path("deck-a.csv"))
+        major = 2 / 3**0.5 * (500 - 250 * np.exp(-6 * 2 / 3**0.5 * (0.3 - 0.0022)))
+        np.testing.assert_allclose(table["stress_major [stress]"], major, rtol=1e-3)
+        np.testing.assert_allclose(table["stress_minor [stress]"], major / 2, rtol=2e-3)
+
+    def test_strains_that_are_no_limits_are_refused(self):
+        path = self.write(STEEL.format(hardening=250) + "*MATERIAL TEST, NAME=a, MATERIAL=steel, "
+                          "TYPE=LIMIT STRESS\n0.1, 0.3\n0.4, 0.3\n")
+        done = self.run_program("material", path, code=1)
+        self.assertIn("deck.key:10: error: *MATERIAL TEST: found the minor strain 0.4 with the "
+                      "major strain 0.3", done.stderr)
+
+
 class TestDamage(Folder):
     """In uniaxial and equibiaxial tension the indicator is the plastic strain over b."""
 
