@@ -80,6 +80,9 @@ SCENES = [
           "curved hardening in three increments of 6 %: a hard start for Newton's method",
           large_steps(voce), LARGE | {"law": "VOCE", "constants": "250, 250, 20", "strain": 0.21,
                                       "rows": 3}),
+    Scene("sharp_yield_surface", "pull", "plastic strain of 5 % in each increment at an edge of "
+          "Yld2000 with the exponent 40",
+          large_steps(line(250, 1000)), LARGE | {"potential": "corners.inc"}),
     Scene("reversal_every_100_steps", "pull", "return mapping from either side of the yield "
           "surface",
           reversed_often, {"constants": "250, 50", "rate": 500, "strain": 0.005, "ways": 50,
