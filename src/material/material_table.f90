@@ -92,12 +92,11 @@ contains
     type(law_spec_t), intent(in) :: spec
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
-    logical :: is_wrong
 
     call new_plastic(spec, law, error)
     if (allocated(error) .or. .not. allocated(spec%plasticity%damage)) return
     call add_damage(spec%plasticity%damage, law, error)
-    is_wrong = blames(error, "*DAMAGE INITIATION")
+    if (blames(error, "*DAMAGE INITIATION")) return
   end subroutine new_watched_plastic
 
   !> The law of *PLASTIC and the keywords that say how it flows, with all constants checked.
