@@ -525,10 +525,10 @@ class TestDamage(Folder):
         np.testing.assert_allclose(growth, (h / (1 + c))**10 / 0.25, rtol=1e-3)
 
     def test_a_run_shows_it_and_warns_once(self):
-        for element, held in (("SHELL", "ALL, 3, 3"), ("SOLID", "Z_MIN, ZSYMM")):
-            strip = STRIP.split("*BLANK", maxsplit=1)[1].format(element=element)
-            path = self.write(self.STEEL.format(b=0.04) + "*BLANK" + strip.replace(
-                "2090-T3", "steel").replace("ALL, 3, 3", held))
+        for element, places in PLACES.items():
+            strip = STRIP.split("*BLANK", maxsplit=1)[1].format(element=element, **places)
+            path = self.write(self.STEEL.format(b=0.04) + "*BLANK"
+                              + strip.replace("2090-T3", "steel"))
             done = self.run_program(path, "--quiet")
             self.assertEqual(done.stderr.count("fracture is expected"), 1, done.stderr)
             with h5py.File(self.path("deck.h5")) as file:
