@@ -30,6 +30,7 @@ contains
     request%origin = new_origin("fuzz.key", 1, "*TOOL")
     request%unit = "MM"
     allocate (request%numbers(0), request%labels(0))
+    allocate (request%numbers_left_out(0), request%labels_left_out(0))
     call read_iges(request, surfaces, report, errors)
     answer = merge("read   ", "refused", n_errors(errors) == 0)
     if (errors%n_items > 0) answer = answer//", "//errors%items(1)%expected
