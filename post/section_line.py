@@ -33,6 +33,9 @@ def middle_line(results):
     n = patch.n_elements
     xi = np.linspace(0, n[0], N_PER_ELEMENT * n[0] + 1)
     pieces = left_at_end(results, patch, np.column_stack([xi, np.full(len(xi), 0.5 * n[1])]))
+    if not pieces:
+        raise ResultsError("outlines leave nothing of the sheet in its middle across axis 2: name "
+                           "the plane of the section (--section)")
     return [max(pieces, key=lambda piece: len(piece[1]))]
 
 
@@ -79,7 +82,7 @@ def left_at_end(results, patch, places):
     """The pieces of a line that outlines leave to the end, each with even steps."""
     last = len(results.times) - 1
     if patch.elements_left(last) is None:
-        return [(patch, places)]
+        return [(patch, even_steps(places))]
     distance = patch.inside_at(last, places)
     pieces = []
     for part in np.split(np.arange(len(places)), np.flatnonzero(np.diff(distance > 0)) + 1):
@@ -87,10 +90,15 @@ def left_at_end(results, patch, places):
             continue
         line = np.concatenate([[edge(places, distance, part[0], part[0] - 1)], places[part],
                                [edge(places, distance, part[-1], part[-1] + 1)]])
-        along = np.cumsum(np.linalg.norm(np.diff(line, axis=0, prepend=line[:1]), axis=1))
-        even = np.linspace(0, along[-1], len(part) + 1)
-        pieces.append((patch, np.column_stack([np.interp(even, along, way) for way in line.T])))
-    return pieces or [(patch, places)]
+        pieces.append((patch, even_steps(line)))
+    return pieces
+
+
+def even_steps(places):
+    """The same line with even steps, near to those of `N_PER_ELEMENT`."""
+    along = np.cumsum(np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1))
+    even = np.linspace(0, along[-1], max(round(N_PER_ELEMENT * along[-1]), 1) + 1)
+    return np.column_stack([np.interp(even, along, way) for way in places.T])
 
 
 def edge(places, distance, inside, outside):

@@ -22,6 +22,7 @@ from post.deck import Deck, number  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
 from post.section import Section  # noqa: E402
 from post.section_line import start_at  # noqa: E402
+from post.springback import straight_parts  # noqa: E402
 from post.style import plt  # noqa: E402
 from post.view import View  # noqa: E402
 
@@ -240,11 +241,17 @@ class TestOutline(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
-        cls.deck, cls.path = (os.path.join(cls.folder.name, f"disk.{end}") for end in ("key", "h5"))
-        with open(cls.deck, "w", encoding="utf-8") as file:
-            file.write(QUARTER)
-        subprocess.run([IGAFORM, cls.deck, "--check", "--start", "--out", cls.path], check=True,
+        cls.path = cls.started("disk", QUARTER)
+
+    @classmethod
+    def started(cls, name, text):
+        """The path of a result file with the start of a deck."""
+        deck, path = (os.path.join(cls.folder.name, f"{name}.{end}") for end in ("key", "h5"))
+        with open(deck, "w", encoding="utf-8") as file:
+            file.write(text)
+        subprocess.run([IGAFORM, deck, "--check", "--start", "--out", path], check=True,
                        capture_output=True)
+        return path
 
     @classmethod
     def tearDownClass(cls):
@@ -298,8 +305,27 @@ class TestOutline(unittest.TestCase):
             for axis, value in ((1, 70.0), (2, 0.5)):
                 self.assertRaisesRegex(ResultsError, "cuts no line", Section, results,
                                        (axis, value))
+            self.assertRaisesRegex(ResultsError, "leave nothing of the sheet at the plane y = 52",
+                                   Section, results, (1, 52.0))
         self.assertIn("'y:3' is no plane", TestPicture.post(self, "profile", self.path,
                                                            "--section", "y:3").stderr)
+
+    def test_the_default_section_of_nothing_asks_for_a_plane(self):
+        path = self.started("small", QUARTER.replace("LINE, 50", "LINE, 25").replace(
+            "ARC, 35.35533906, 35.35533906, 0, 50\nCIRCLE, 24, 24, 6.5", "LINE, 0, 25"))
+        with Results(path) as results:
+            self.assertRaisesRegex(ResultsError, "in its middle .*--section", Section, results)
+            np.testing.assert_allclose(Section(results, (1, 5.0)).start[[0, -1]], [0, 20],
+                                       atol=0.03)
+
+    def test_a_plane_along_a_line_of_elements_makes_even_steps(self):
+        first, last = QUARTER.index("*BLANK OUTLINE"), QUARTER.index("*BOUNDARY")
+        with Results(self.started("square", QUARTER[:first] + QUARTER[last:])) as results:
+            for axis, row in ((0, 1), (0, 7), (1, 4), (1, 10)):
+                cut = Section(results, (axis, 55 / 14 * row))
+                np.testing.assert_allclose(cut.start, np.linspace(0, 55, 8 * 14 + 1), atol=1e-9)
+                [part] = straight_parts(cut.sheet(0)[1], 30.0, 8.0)
+                self.assertEqual(len(part), len(cut.start))
 
 
 class TestPatches(unittest.TestCase):
@@ -317,7 +343,7 @@ class TestPatches(unittest.TestCase):
                     self.assertGreater(len(cut.pieces), 1)
                     np.testing.assert_allclose(cut.start[[0, -1]],
                                                [0, np.sqrt(59.18**2 - 11**2)], atol=1e-3)
-                    self.assertTrue(np.all(np.diff(cut.start) > 0))
+                    self.assertTrue(np.all(np.diff(cut.start) > 0.2))
                     np.testing.assert_allclose(cut.thickness(0), 0.85, rtol=1e-3)
                     places = np.concatenate([start_at(*piece) for piece in cut.pieces])
                     np.testing.assert_allclose(places[:, axis], 11, atol=0.01)
