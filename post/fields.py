@@ -34,7 +34,10 @@ def derived(name, values):
         numbers = [TENSOR.index(pair) for pair in ("xx", "xy", "xz", "xy", "yy", "yz", "xz", "yz",
                                                    "zz")]
         matrices = values[..., numbers].reshape(*values.shape[:-1], 3, 3)
-        return np.linalg.eigvalsh(matrices)[..., PRINCIPAL[name][0]][..., None]
+        found = np.full((*values.shape[:-1], 1), np.nan)
+        is_there = np.all(np.isfinite(values), axis=-1)     # not outside an outline
+        found[is_there, 0] = np.linalg.eigvalsh(matrices[is_there])[:, PRINCIPAL[name][0]]
+        return found
     place = AXES[source].index(name.removeprefix(f"{source}_"))
     return values[..., place:place + 1]
 

@@ -76,10 +76,10 @@ def plane_stresses(results, frame, layer):
     principal stress nearest to zero counts as that through the thickness."""
     found = []
     for patch in results.patches:
-        grid = [patch.field(name, frame)[..., 0] for name in ("stress_min", "stress_mid",
-                                                              "stress_max")]
+        grid = [patch.field_inside(name, frame)[..., 0]
+                for name in ("stress_min", "stress_mid", "stress_max")]
         values = layer_of(np.stack(grid, axis=-1), layer).reshape(-1, 3)
-        values = values[np.all(np.isfinite(values), axis=1)]     # not outside an outline
+        values = values[np.all(np.isfinite(values), axis=1)]
         is_kept = np.arange(3) != np.argmin(np.abs(values), axis=1)[:, None]
         found.append(values[is_kept].reshape(-1, 2))
     return np.concatenate(found).T
@@ -117,7 +117,8 @@ def strains(results, frame, layer):
             values, volume = patch.points("principal_strain"), patch.points("reference_volume")
             values, volume = layer_of(values, layer), layer_of(volume, layer)
         else:
-            grid = [patch.field(name, frame)[..., 0] for name in ("major_strain", "minor_strain")]
+            grid = [patch.field_inside(name, frame)[..., 0]
+                    for name in ("major_strain", "minor_strain")]
             values = layer_of(np.stack(grid, axis=-1), layer)
             volume = np.ones(values.shape[:-1])
         is_there = np.isfinite(values[..., 0])    # not outside an outline

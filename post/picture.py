@@ -161,7 +161,7 @@ def colour_limits(results, frame, field, tool=None):
     by much."""
     if tool:
         return 0.0, float(results.tool_field(tool, field, frame, 1)[2].max())
-    values = np.concatenate([magnitude(patch.field(field, frame)).ravel()
+    values = np.concatenate([magnitude(patch.field_inside(field, frame)).ravel()
                              for patch in results.patches])
     values = values[np.isfinite(values)]
     low = 0.0 if field in ("eqps", "edge_distance") else float(values.min())

@@ -143,13 +143,8 @@ def percent(part):
 
 def extreme(results, name, frame, function):
     """Of a field, inside of outlines."""
-    values = []
-    for patch in results.patches:
-        field = patch.field(name, frame)
-        if "edge_distance" in results.file["VTKHDF/PointData"]:
-            field = np.where(patch.field("edge_distance", frame) >= 0, field, np.nan)
-        values.append(function(field))
-    return float(function(values))
+    return float(function([function(patch.field_inside(name, frame))
+                           for patch in results.patches]))
 
 
 def deck(results):

@@ -232,6 +232,13 @@ class Patch:
             self._values(source, frame)
         return fields.derived(name, values.reshape(*self.grid, -1))
 
+    def field_inside(self, name, frame):
+        """The same, NaN at points beyond the edges of outlines, whose values are continued."""
+        values = self.field(name, frame)
+        if self.elements_left(frame) is None:
+            return values
+        return np.where(self.field("edge_distance", frame) >= 0, values, np.nan)
+
     def _values(self, name, frame):
         """A dataset at the display points."""
         return self.results.point_data(name, frame)[self.first:self.first + self.n_points]

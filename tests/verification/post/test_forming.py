@@ -17,7 +17,7 @@ import numpy as np
 IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
-from post import draw_in, earing, fld, force, limit_curve, springback  # noqa: E402
+from post import draw_in, earing, fld, force, limit_curve, picture, springback  # noqa: E402
 from post.deck import Deck  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
 
@@ -125,6 +125,54 @@ class TestStretchedSheet(unittest.TestCase):
     def test_no_tools_no_forces(self):
         with Results(self.path) as results:
             self.assertRaises(ResultsError, force.chosen, results, argparse.Namespace(tool=None))
+
+
+class TestHole(unittest.TestCase):
+    """The stretched sheet with a round hole, in which one element lies with its corners."""
+    centre, radius = (7.5, 5.0), 3.01
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        deck, cls.path = (os.path.join(cls.folder.name, f"hole.{end}") for end in ("key", "h5"))
+        with open(DECK, encoding="utf-8") as file:
+            head, rest = file.read().split("*BOUNDARY\n", 1)
+        with open(deck, "w", encoding="utf-8") as file:
+            file.write(f"{head}*BLANK OUTLINE, KEEP=OUTSIDE\nCIRCLE, 7.5, 5, {cls.radius}\n"
+                       f"*BOUNDARY\n{rest}")
+        subprocess.run([IGAFORM, deck, "--quiet", "--threads", "1", "--out", cls.path], check=True,
+                       capture_output=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def is_there(self, results):
+        """Which display points of a layer lie beside the hole at the start."""
+        start = (results.blank_grid("Points", 0) - results.blank_grid("displacement", 0))[0]
+        return np.linalg.norm(start[..., :2] - self.centre, axis=-1) >= self.radius
+
+    def test_points_beyond_the_edge_are_not_counted(self):
+        with Results(self.path) as results:
+            n = np.count_nonzero(self.is_there(results))
+            self.assertLess(n, 60)
+            for layer in fld.LAYERS:
+                self.assertEqual([len(a) for a in fld.strains(results, 1, layer)], [n] * 3)
+                minor, major = fld.plane_stresses(results, 2, layer)
+                self.assertEqual((len(minor), len(major)), (n, n))
+                self.assertTrue(np.all(np.isfinite([minor, major])))
+
+    def test_principal_stresses_are_none_where_nothing_is_left(self):
+        with Results(self.path) as results:
+            tensor, largest = (results.blank_grid(name, 2)[0] for name in ("stress", "stress_max"))
+            is_lost = np.any(np.isnan(tensor), axis=-1)
+            self.assertGreater(np.count_nonzero(is_lost), 0)
+            np.testing.assert_array_equal(np.isnan(largest[..., 0]), is_lost)
+
+    def test_colours_are_of_what_is_there(self):
+        with Results(self.path) as results:
+            values = results.blank_grid("thickness", 2)[:, self.is_there(results), 0]
+            self.assertEqual(picture.colour_limits(results, 2, "thickness")[0], values.min())
 
 
 class TestLimitCurves(unittest.TestCase):
