@@ -1,5 +1,6 @@
 """TOML files that describe work, read and checked: all faults are told in one go."""
 import difflib
+import sys
 import tomllib
 
 from post.results import ResultsError
@@ -54,6 +55,8 @@ class TomlReader:
             elif not isinstance(value, keys[key]) or (isinstance(value, bool)
                                                       and keys[key] is not bool):
                 self.fault(place, repr(value), KINDS[keys[key]])
+            elif keys[key] == NUMBER and not abs(value) <= sys.float_info.max:
+                self.fault(place, value, "a finite number")
             else:
                 good[key] = value
         return good

@@ -76,7 +76,8 @@ class Reader(TomlReader):
 
     def take(self, source):
         tension = source.get("tension", [])
-        if isinstance(tension, dict) or not all(isinstance(row, dict) for row in tension):
+        is_list = isinstance(tension, list) and all(isinstance(row, dict) for row in tension)
+        if not is_list:
             self.fault("tension", "no list of tables", "[[tension]], one for each angle")
             source = {key: value for key, value in source.items() if key != "tension"}
         source = self.known(source, KEYS, "")
@@ -93,27 +94,29 @@ class Reader(TomlReader):
                 if curve is not None:
                     material.curves[name] = curve
         self.ratios(parts.get("biaxial", {}), "biaxial")
-        self.names(parts.get("hardening", {}).get("laws", []), CURVES, "hardening.laws")
-        self.names(parts.get("yield", {}).get("functions", []), FUNCTIONS, "yield.functions")
+        self.names(parts.get("hardening", {}), "laws", list(CURVES), "hardening")
+        self.names(parts.get("yield", {}), "functions", list(FUNCTIONS), "yield")
         if parts.get("cyclic", {}).get("back_stresses", 1) < 1:
             self.fault("cyclic.back_stresses", parts["cyclic"]["back_stresses"], "at least 1")
         if not {"hardening", "cyclic", "yield"} & parts.keys():
             self.fault("the file", "nothing to fit", "[hardening], [cyclic] or [yield]")
         self.exponent(parts.get("yield", {}))
         self.uncertainties(parts.get("yield", {}), "yield")
-        if "yield" in parts and "tension" not in source:
+        if "yield" in parts and is_list and not tension:
             self.fault("yield", "no [[tension]]", "stresses and r-values to fit")
         return material
 
     def tension(self, source):
         """The tests in tension, each stress and r-value once for an angle."""
         rows, seen = [], {}
-        for i, row in enumerate(source, 1):
-            row = self.known(row, TENSION_KEYS, f"tension {i}")
+        for i, given in enumerate(source, 1):
+            row = self.known(given, TENSION_KEYS, f"tension {i}")
             rows.append(row)
-            if not 0 <= row.get("angle", -1) <= 90 or not {"stress", "r"} & row.keys():
-                self.fault(f"tension {i}", row,
+            is_missing = "angle" not in given or not {"stress", "r"} & given.keys()
+            if is_missing or not 0 <= row.get("angle", 0) <= 90:
+                self.fault(f"tension {i}", given,
                            "an angle from 0 to 90 degrees and stress, r or both")
+            if is_missing or "angle" not in row:
                 continue
             self.ratios(row, f"tension {i}")
             self.uncertainties(row, f"tension {i}")
@@ -144,17 +147,21 @@ class Reader(TomlReader):
     def exponent(self, part):
         """That of the yield functions, as *POTENTIAL takes it."""
         value = part.get("exponent", 8)
-        even = [name for name in part.get("functions", list(FUNCTIONS))
-                if name in FUNCTIONS and FUNCTIONS[name].is_even]
+        functions = part.get("functions", list(FUNCTIONS))
+        even = [name for name in FUNCTIONS if name in functions and FUNCTIONS[name].is_even]
         if not 2 <= value <= 100:
             self.fault("yield.exponent", value, "a number from 2 to 100")
         elif even and value % 2 != 0:
             self.fault("yield.exponent", value, f"an even whole number, for {', '.join(even)}")
 
-    def names(self, found, known, where):
+    def names(self, part, key, known, where):
+        """A list of names, all of which are known; without it they are all meant."""
+        found = part.get(key, known)
+        if not found:
+            self.fault(f"{where}.{key}", "an empty list", f"one or more of {', '.join(known)}")
         for name in found:
             if name not in known:
-                self.fault(where, repr(name), f"one of {', '.join(known)}"
+                self.fault(f"{where}.{key}", repr(name), f"one of {', '.join(known)}"
                            + hint(str(name).upper(), known))
 
     def curve(self, part, where, young):
@@ -192,22 +199,32 @@ class Reader(TomlReader):
                        "neither curve nor points", "one of them")
             return None, where
         place = f"{where}.{'curve' if 'curve' in part else 'points'}"
+        if "points" in part:
+            rows = part["points"]
+            if all(isinstance(row, list) and len(row) == 2
+                   and all(type(value) in NUMBER for value in row) for row in rows):
+                return np.array(rows, float).reshape(-1, 2), place
+            self.fault(place, "rows of other than two numbers", "[[strain, stress], ...]")
+            return None, place
         try:
-            if "points" in part:
-                return np.array(part["points"], float).reshape(-1, 2), place
             rows = read_numbers(os.path.join(os.path.dirname(self.path), part["curve"]))
             return rows, f"{place}, '{part['curve']}'"
         except ResultsError as fault:
             self.fault(place, fault, "a file of strain, stress")
-        except (ValueError, TypeError):
-            self.fault(place, "rows of other than two numbers", "[[strain, stress], ...]")
         return None, place
 
     def is_plausible(self, rows, part, where, place, young):
         """Whether the columns of a curve and the moduli have sizes that go together."""
         n_before = len(self.faults)
-        strain, stress = np.abs(rows).max(axis=0, initial=0.0)
-        if strain > LARGEST_STRAIN:
+        is_finite = np.isfinite(rows).all(axis=1)
+        strain, stress = np.abs(rows[is_finite]).max(axis=0, initial=0.0)
+        if len(rows) == 0:
+            self.fault(place, "no rows", f"at least {LEAST_ROWS[where]} of strain and stress")
+        elif not is_finite.all():
+            row = int(np.argmin(is_finite))
+            self.fault(place, "{:g}, {:g} in row {}".format(*rows[row], row + 1),
+                       "finite numbers")
+        elif strain > LARGEST_STRAIN:
             is_swapped = stress <= LARGEST_STRAIN
             self.fault(place, f"strains to {strain:.4g}", "strain in the first column and stress "
                        "in the second" if is_swapped else f"strains to {LARGEST_STRAIN:g} at most, "
@@ -216,12 +233,15 @@ class Reader(TomlReader):
             row = int(np.argmax(rows[:, 1] <= 0))
             self.fault(place, f"the stress {rows[row, 1]:g} in row {row + 1}", "stresses above 0 "
                        "in the second column, strains in the first")
+        elif stress == 0:
+            self.fault(place, "no stress but 0", "strains in the first column and stresses in the "
+                       "second")
         elif young > 0 and not (STRESS_OVER_MODULUS[0] * young <= stress
                                 <= STRESS_OVER_MODULUS[1] * young):
             low, high = STRESS_OVER_MODULUS
             self.fault(place, f"stresses to {stress:.4g} with young = {young:g}", "both in the "
                        f"same unit, stresses to {low:g} to {high:g} times young")
-        if not 0 < part.get("uncertainty", 0.5 * stress) < max(stress, 1e-300):
+        if stress > 0 and not 0 < part.get("uncertainty", 0.5 * stress) < stress:
             self.fault(f"{where}.uncertainty", part["uncertainty"], "the scatter of the stress, "
                        f"above 0 and below its largest value {stress:.4g}, in the same unit")
         return len(self.faults) == n_before

@@ -266,17 +266,55 @@ r = 1
         self.fault("[hardening]\npoints = [[-0.001, 200], [0.1, 250], [0.2, 300]]\n",
                    "a plastic strain of -0.001", "from yield on")
 
+    def test_curves_without_stresses(self):
+        for kind, least in (("hardening", 3), ("cyclic", 8)):
+            curve = f"[{kind}]\npoints = "
+            self.fault(curve + "[]\n", f"{kind}.points: found no rows", f"at least {least}")
+            self.fault(curve + "[[0, 200], [0.1, nan], [0.2, 280]]\n",
+                       f"{kind}.points: found 0.1, nan in row 2", "finite")
+            self.fault(curve + f"{[[0.01 * i, 0] for i in range(8)]}\nuncertainty = 2\n",
+                       f"{kind}.points: found ", "stress")
+
+    def test_points_are_pairs_of_numbers(self):
+        for points in ("[[0, 200, 0.1], [250, 0.2, 280]]", "[0, 200, 0.1, 250, 0.2, 280]",
+                       "[[0, 200], [0.1, 250], [0.2]]", "[['0', '200'], ['0.1', '250']]", "[[]]",
+                       "[[[0, 200], [0.1, 250], [0.2, 280]]]"):
+            self.fault(f"[hardening]\npoints = {points}\n",
+                       "hardening.points: found rows of other than two numbers")
+
+    def test_numbers_that_are_not_finite(self):
+        points = "[hardening]\npoints = [[0, 200], [0.1, 250], [0.2, 280]]\n"
+        self.fault("young = inf\n" + points, "young: found inf", "a finite number")
+        self.fault(points + "uncertainty = nan\n", "hardening.uncertainty: found nan")
+        tension = "[yield]\n[[tension]]\nangle = {}\nr = {}\nuncertainty = {{ r = {} }}\n"
+        self.fault(tension.format(0, "inf", 0.1), "tension 1.r: found inf")
+        self.fault(tension.format("nan", 1, 0.1), "tension 1.angle: found nan")
+        self.fault(tension.format(0, 1, "nan"), "tension 1.uncertainty.r: found nan")
+
+    def test_lists_of_nothing_and_no_lists(self):
+        points = "points = [[0, 200], [0.1, 250], [0.2, 280]]\n"
+        tension = "[[tension]]\nangle = 0\nr = 1\n"
+        self.fault("[hardening]\nlaws = []\n" + points, "hardening.laws: found an empty list",
+                   "VOCE")
+        self.fault(tension + "[yield]\nfunctions = []\n", "yield.functions: found an empty list",
+                   "HILL48")
+        self.fault(tension + "[yield]\nfunctions = [['HILL48']]\n", "found ['HILL48']; expected")
+        for text in ("1", "'a'", "[1]"):
+            self.fault(f"tension = {text}\n[yield]\n", "tension: found no list of tables",
+                       "[[tension]]")
+        self.fault("tension = []\n[yield]\n", "yield: found no [[tension]]")
+
     def test_tables_with_faults(self):
         for rows, word in (("strain;stress\n0,1;200\n0,2;250\n", "0,2;250"),
                            ("strain,stress\n0.1,200\n0.2;250\n", "line 3"),
-                           ("0.1,200\n0.2,nan\n", "not finite")):
+                           ("0.1,200\n0.2,nan\n", "not finite"), ("", "no rows")):
             with tempfile.TemporaryDirectory() as folder:
                 path = os.path.join(folder, "data.toml")
                 for name, text in (("curve.csv", rows), ("data.toml",
                                                          "[hardening]\ncurve = 'curve.csv'\n")):
                     with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
                         file.write(text)
-                self.assertRaisesRegex(ResultsError, "hardening.curve: found .*" + word,
+                self.assertRaisesRegex(ResultsError, "hardening.curve.* found .*" + word,
                                        read_material, path)
 
     def test_what_the_data_allow_is_fitted(self):
