@@ -159,7 +159,8 @@ contains
                              "frames; NaN in elements of which an outline leaves nothing")
           call write_reals(file, folder//"/reference_position", geometry%positions, &
                            [3, geometry%n], unit_of(results%units, "length"), "positions of "// &
-                           "the integration points at the start, indices (zeta, eta, xi)")
+                           "the integration points at the start, those of whole elements, "// &
+                           "indices (zeta, eta, xi)")
           call write_reals(file, folder//"/reference_volume", geometry%volumes, geometry%n, &
                            unit_of(results%units, "volume"), &
                            "volume of each integration point at the start")
