@@ -7,6 +7,7 @@
 !! add them costs little compared with the factors.
 module sparse_matrix
   use kinds, only: wp
+  use bucket_lists, only: sort_into_buckets
   use unknowns, only: unknowns_t
   implicit none
   private
@@ -148,25 +149,13 @@ contains
   pure subroutine transpose_lists(first, values, n, lists)
     integer, intent(in) :: first(:), values(:), n
     type(couplings_t), intent(out) :: lists        !! `component` holds numbers of lists here
-    integer :: next(n + 1), l, k
+    integer :: list_of(size(values)), l
 
-    next = 0
-    do k = 1, size(values)
-      next(values(k)) = next(values(k)) + 1
-    end do
-    allocate (lists%first(n + 1))
-    lists%first(1) = 1
-    do k = 1, n
-      lists%first(k + 1) = lists%first(k) + next(k)
-    end do
-    next = lists%first
-    allocate (lists%component(size(values)))
     do l = 1, size(first) - 1
-      do k = first(l), first(l + 1) - 1
-        lists%component(next(values(k))) = l
-        next(values(k)) = next(values(k)) + 1
-      end do
+      list_of(first(l):first(l + 1) - 1) = l
     end do
+    call sort_into_buckets(n, values, values, lists%first, lists%component)
+    lists%component = list_of(lists%component)
   end subroutine transpose_lists
 
   !> Columns of a row up to the diagonal, in rising order.

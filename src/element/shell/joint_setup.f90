@@ -1,6 +1,7 @@
 !> From the lines of a blank of shells to the springs that keep their angles.
 module joint_setup
   use kinds, only: wp
+  use bucket_lists, only: sort_into_buckets
   use knot_vector, only: span_table, n_spans, basis_derivatives
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use gauss_rule, only: gauss_rule_t
@@ -149,35 +150,23 @@ contains
   !> Where forces on each control point come from, lanes that fill the last block up left out.
   pure subroutine list_shares(joints)
     type(shell_joints_t), intent(inout) :: joints
-    integer :: next(size(joints%place)), i, row, cell, l, b, pass
+    integer, dimension(3*joints%n_nodes*joints%n_cells) :: node, share
+    integer :: i, row, cell, l, b, n
 
-    allocate (joints%first(size(joints%place) + 1), source=0)
-    allocate (joints%share(3*joints%n_nodes*joints%n_cells))
-    do pass = 1, 2
-      do cell = 1, joints%n_cells
-        b = (cell - 1)/n_lanes + 1
-        l = cell - n_lanes*(b - 1)
-        do row = 1, 3
-          do i = 1, joints%n_nodes
-            associate (node => joints%node(l, i, row, b))
-              if (pass == 1) then
-                joints%first(node + 1) = joints%first(node + 1) + 1
-              else
-                joints%share(next(node)) = l + n_lanes*(i - 1 + joints%n_nodes &
-                                                        *(3*(row - 1 + 3*(b - 1))))
-                next(node) = next(node) + 1
-              end if
-            end associate
-          end do
+    n = 0
+    do cell = 1, joints%n_cells
+      b = (cell - 1)/n_lanes + 1
+      l = cell - n_lanes*(b - 1)
+      do row = 1, 3
+        do i = 1, joints%n_nodes
+          n = n + 1
+          node(n) = joints%node(l, i, row, b)
+          share(n) = l + n_lanes*(i - 1 + joints%n_nodes*(3*(row - 1 + 3*(b - 1))))
         end do
       end do
-      if (pass == 2) exit
-      joints%first(1) = 1
-      do i = 1, size(next)
-        joints%first(i + 1) = joints%first(i) + joints%first(i + 1)
-      end do
-      next = joints%first(:size(next))
     end do
+    call sort_into_buckets(size(joints%place), node, node, joints%first, joints%share)
+    joints%share = share(joints%share)
   end subroutine list_shares
 
   !> One element along a line. Where other lines have more control points or points of integration
