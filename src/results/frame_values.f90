@@ -231,11 +231,12 @@ contains
     !$omp do
     do p = 1, size(display%patches)
       first = display%last(p) - size(display%patches(p)%grid%weights) + 1
-      associate (view => display%patches(p))
+      associate (view => display%patches(p), n => display%patches(p)%geometry%n, &
+                 rule_size => display%patches(p)%rule_size)
         points(first:display%last(p), :) = view%positions
-        call blank_points(view, frame%patches(p), 1, view%eqps)
-        call blank_points(view, frame%patches(p), size(view%stress, 1), view%stress)
-        call blank_points(view, frame%patches(p), size(view%strains, 1), view%strains)
+        call blank_points(n, rule_size, frame%patches(p), 1, view%eqps)
+        call blank_points(n, rule_size, frame%patches(p), size(view%stress, 1), view%stress)
+        call blank_points(n, rule_size, frame%patches(p), size(view%strains, 1), view%strains)
       end associate
     end do
     !$omp end do
@@ -257,15 +258,16 @@ contains
   end subroutine blank_out
 
   !> NaN at the integration points of elements of which an outline leaves nothing.
-  pure subroutine blank_points(view, frame, n_components, values)
-    type(patch_view_t), intent(in) :: view
+  pure subroutine blank_points(n, rule_size, frame, n_components, values)
+    integer, intent(in) :: n(3)                    !! points of the patch along each axis
+    integer, intent(in) :: rule_size(3)            !! those of an element
     type(patch_frame_t), intent(in) :: frame
     integer, intent(in) :: n_components
-    real(wp), intent(inout) :: values(n_components, product(view%geometry%n))
+    real(wp), intent(inout) :: values(n_components, product(n))
 
     if (.not. allocated(frame%share)) return
-    where (spread(parts_of(view%geometry%n, view%rule_size, frame%share) <= 0.0_wp, 1, &
-                  n_components)) values = ieee_value(1.0_wp, ieee_quiet_nan)
+    where (spread(parts_of(n, rule_size, frame%share) <= 0.0_wp, 1, n_components)) &
+      values = ieee_value(1.0_wp, ieee_quiet_nan)
   end subroutine blank_points
 
   subroutine fill_tools(display, frame, columns, points, values)

@@ -533,7 +533,8 @@ contains
         if (results%n_state > 0) then
           state = [point_grid(results%n_state, view%rule_size, view%grid%n_elements, &
                               frame%patches(p)%state)]
-          call blank_points(view, frame%patches(p), results%n_state, state)
+          call blank_points(view%geometry%n, view%rule_size, frame%patches(p), &
+                            results%n_state, state)
           call write_reals(file, folder//"/statev", state, [results%n_state, view%geometry%n], &
                            "1", "state variables of the material, last frame"//nan)
           if (results%state_names /= "") &
