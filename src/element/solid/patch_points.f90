@@ -3,6 +3,8 @@
 !! deck.
 module patch_points
   use kinds, only: wp
+  use text, only: to_text
+  use state_store, only: state_store_t, carry_field, has_state
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use point_context, only: point_context_t
@@ -14,7 +16,7 @@ module patch_points
   private
 
   public :: new_point_volumes, set_reference, determinant, inverse_rows
-  public :: energy_of_points, new_given_fields, spread_to_points, set_clock, set_lanes
+  public :: energy_of_points, new_given_fields, spread_to_points, carry_given, set_clock, set_lanes
 
   integer, parameter :: parallel_size = 4000   !! fewer points are not worth waking threads for
 
@@ -247,6 +249,25 @@ contains
     end do
     !$omp end parallel do
   end subroutine spread_to_points
+
+  !> The fields of the points at both ends of a step, each for itself: of one that only later steps
+  !! of the deck name a checkpoint may have nothing, and the points keep what they have.
+  subroutine carry_given(patch, store)
+    type(solid_patch_t), intent(inout) :: patch
+    type(state_store_t), intent(inout) :: store
+    real(wp), allocatable :: values(:, :, :, :, :)
+    integer :: k
+
+    do k = 1, patch%n_fields
+      associate (name => "given_"//to_text(k))
+        if (store%is_taking .and. .not. has_state(store, name)) cycle
+        values = patch%given(:, :, k::patch%n_fields, :, :)
+        call carry_field(store, name, size(values), values)
+        if (store%is_taking) patch%given(:, :, k::patch%n_fields, :, :) = values
+      end associate
+    end do
+    if (store%is_taking) patch%is_spread = .false.
+  end subroutine carry_given
 
   !> The points of one block.
   pure subroutine spread_in_block(patch, block)

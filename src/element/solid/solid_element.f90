@@ -20,7 +20,8 @@ module solid_element
   use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
   use patch_outline, only: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, &
                            carry_point_state, distances_inside
-  use patch_points, only: new_point_volumes, energy_of_points, new_given_fields, spread_to_points
+  use patch_points, only: new_point_volumes, energy_of_points, new_given_fields, spread_to_points, &
+                          carry_given
   use solid_forces, only: internal_forces
   use solid_stiffness, only: block_trial_t, begin_trial, end_trial, owned_elements, move_column, &
                              add_column
@@ -672,10 +673,7 @@ contains
       call carry(store, "patch_time", patch%time)
       call carry(store, "increment", patch%increment)
       call carry(store, "before_step", patch%before_step)
-      if (self%n_fields > 0) then
-        call carry_field(store, "given", size(patch%given), patch%given)
-        if (store%is_taking) patch%is_spread = .false.
-      end if
+      if (self%n_fields > 0) call carry_given(patch, store)
     end associate
   end subroutine carry_solid
 

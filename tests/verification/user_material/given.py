@@ -125,6 +125,22 @@ def temperatures_reach_the_routine(bench):
     bench.says("warning: *INITIAL CONDITIONS")
 
 
+def fields_may_begin_after_a_restart(bench):
+    """Of steps that the deck had not when the state was saved, with fields before and without: the
+    bits of the whole run."""
+    heat = "*TEMPERATURE\nALL, 700\n*FIELD, VARIABLE=2\nALL, 4\n"
+    lasting = "*CHECKPOINT, NUMBER=1\n"
+    for start in ("", "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 20, 2\n"):
+        long = start + deck(user("10000", 10), lasting + steps(1e-5, 3e-5, more=heat))
+        short = long[:long.index("*END STEP\n") + len("*END STEP\n")]
+        whole = bench.values(long, FILES / "given.f", result="whole.h5")
+        assert abs(whole[2][..., 5] + whole[2][..., 6] - 700).max() < 1e-9
+        bench.run(short, FILES / "given.f", result="cut.h5")
+        on = bench.values(long, FILES / "given.f", result="cut.h5",
+                          options=["--restart", "cut.ckpt.h5"])
+        assert all(np.array_equal(a, b) for a, b in zip(whole, on)), start
+
+
 def material_tests_have_the_fields_of_the_start(bench):
     """One value of each field; what differs by place or time is refused with its line."""
     start = ("*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 50\nALL, 20\nright, 7\n"
@@ -219,6 +235,7 @@ def values_that_are_no_numbers_are_named(bench):
 if __name__ == "__main__":
     sys.exit(run_checks(sys.argv[1], (first_call_sees_the_state, times_know_the_steps_of_the_deck,
                                       temperatures_reach_the_routine,
+                                      fields_may_begin_after_a_restart,
                                       material_tests_have_the_fields_of_the_start,
                                       work_heats_the_points,
                                       temperatures_change_in_static_steps,
