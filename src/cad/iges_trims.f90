@@ -133,22 +133,27 @@ contains
     end if
   end subroutine read_loop
 
-  !> Where the curve in space of a loop begins, in words; empty without such a curve.
+  !> Where the curve in space of a loop begins, in words; empty without one that can be read. What
+  !! is wrong with that curve is no error: nothing is made of it.
   function start_of_loop(model, face, loop) result(words)
     type(iges_model_t), intent(inout) :: model
     integer, intent(in) :: face              !! entry of the trimmed surface
     type(values_t), intent(in) :: loop       !! of its curve on a surface
     character(:), allocatable :: words
     type(nurbs_curve_t) :: curve
-    integer :: entry
+    integer :: entry, n_before
 
     words = ""
     if (loop%n < 4) return
-    if (get_integer(model, loop, 4, "the curve in space", 0, 2*size(model%entries) - 1) == 0) return
-    if (model%is_valid) entry = get_entry(model, loop, 4, "the curve in space")
-    if (model%is_valid) call read_curve(model, entry, curve)
-    if (model%is_valid) call transform(model, face, curve%points)
-    if (model%is_valid) words = ", which begins at "//place_text(curve%points(1, :))//","
+    n_before = model%file%errors%n_items
+    entry = get_integer(model, loop, 4, "the curve in space", 0, 2*size(model%entries) - 1)
+    if (model%is_valid .and. entry > 0) then
+      entry = get_entry(model, loop, 4, "the curve in space")
+      if (model%is_valid) call read_curve(model, entry, curve)
+      if (model%is_valid) call transform(model, face, curve%points)
+      if (model%is_valid) words = ", which begins at "//place_text(curve%points(1, :))//","
+    end if
+    model%file%errors%n_items = n_before
   end function start_of_loop
 
   !> Append a curve of the parameter plane, or the curves that it is made of.
