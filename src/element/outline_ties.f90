@@ -33,8 +33,8 @@ module outline_ties
     logical, allocatable :: is_free(:, :)           !! control points that move for themselves
     logical, allocatable :: is_idle(:, :)           !! those that nothing moves
     real(wp), allocatable :: share(:, :)            !! of each element that is inside
-    integer :: farthest = 0                         !! elements between an element with something
-                                                    !! inside and that which leads its points
+    integer :: farthest = 0                         !! elements from one with something inside to
+                                                    !! the nearest that leads
     integer :: lonely(2) = 0                        !! the element that is so far from its leader
   end type outline_ties_t
 
@@ -43,21 +43,22 @@ module outline_ties
 
 contains
 
-  !> Control points of elements with at least `least` of their area inside are free.
+  !> Control points of elements with at least `least` of their area inside are free. Where there is
+  !! no such element nothing follows.
   pure subroutine new_outline_ties(axes, first1, first2, share, least, ties)
     type(knot_vector_t), intent(in) :: axes(2)
     integer, intent(in) :: first1(:), first2(:)     !! first control point of each element
     real(wp), intent(in) :: share(:, :)             !! of the elements that is inside
     real(wp), intent(in) :: least
     type(outline_ties_t), intent(out) :: ties
-    logical, allocatable :: is_near(:, :), leads(:, :), is_nearest(:, :)
+    logical, allocatable :: is_near(:, :), leads(:, :)
+    integer, allocatable :: nearest(:, :)
     integer :: n(2), p(2), i, j
 
     n = axes%n_basis
     p = axes%degree
     ties%share = share
     leads = share >= (1.0_wp - alike)*least
-    allocate (is_nearest, mold=leads)
     allocate (ties%is_free(n(1), n(2)), is_near(n(1), n(2)), source=.false.)
     do j = 1, size(first2)
       do i = 1, size(first1)
@@ -71,31 +72,46 @@ contains
     end do
     ties%is_idle = .not. (is_near .or. ties%is_free)
     allocate (ties%followers(count(is_near .and. .not. ties%is_free)))
+    if (.not. any(leads)) return
     do j = 1, n(2)
       do i = 1, n(1)
         if (ties%is_free(i, j) .or. ties%is_idle(i, j)) cycle
         ties%n = ties%n + 1
-        call find_nearest([i, j], first1, first2, p, share, leads, is_nearest)
-        call follow(axes, first1, first2, is_nearest, [i, j], ties%followers(ties%n))
+        call find_nearest([i, j], first1, first2, p, share, leads, nearest)
+        call follow(axes, first1, first2, nearest, [i, j], ties%followers(ties%n))
       end do
     end do
-    call find_farthest(first1, first2, p, leads, ties)
+    call find_farthest(leads, ties)
   end subroutine new_outline_ties
 
-  !> How far an element with something inside is from those that lead its control points.
-  pure subroutine find_farthest(first1, first2, p, leads, ties)
-    integer, intent(in) :: first1(:), first2(:), p(2)
+  !> Where a mask of a box is true, in the order of its elements.
+  pure function places_of(mask, low) result(places)
+    logical, intent(in) :: mask(:, :)
+    integer, intent(in) :: low(2)                   !! of the box
+    integer, allocatable :: places(:, :)            !! shape (2, any)
+    integer :: k, l
+
+    places = reshape([pack(spread([(k, k=1, size(mask, 1))], 2, size(mask, 2)), mask), &
+                      pack(spread([(l, l=1, size(mask, 2))], 1, size(mask, 1)), mask)], &
+                     [2, count(mask)], order=[2, 1])
+    places = places + spread(low - 1, 2, size(places, 2))
+  end function places_of
+
+  !> How far an element with something inside is from the nearest that leads, by the larger of the
+  !! numbers of elements along both axes.
+  pure subroutine find_farthest(leads, ties)
     logical, intent(in) :: leads(:, :)
     type(outline_ties_t), intent(inout) :: ties
-    logical :: is_nearest(size(leads, 1), size(leads, 2))
     integer :: i, j, away
 
-    do j = 1, size(first2)
-      do i = 1, size(first1)
+    do j = 1, size(leads, 2)
+      do i = 1, size(leads, 1)
         if (ties%share(i, j) <= 0.0_wp .or. leads(i, j)) cycle
-        call find_nearest([first1(i), first2(j)] + p/2, first1, first2, p, ties%share, leads, &
-                          is_nearest)
-        away = maxval(abs(findloc(is_nearest, .true.) - [i, j]))
+        away = 1
+        do while (.not. any(leads(max(1, i - away):min(size(leads, 1), i + away), &
+                                  max(1, j - away):min(size(leads, 2), j + away))))
+          away = away + 1
+        end do
         if (away <= ties%farthest) cycle
         ties%farthest = away
         ties%lonely = [i, j]
@@ -106,70 +122,68 @@ contains
   !> The elements nearest to a control point among those that lead, by numbers along both axes. Of
   !! several, those straight along an axis: what is held at an edge of the sheet then follows what
   !! is held there; of these the ones with the most inside, which are the stiffest.
-  pure subroutine find_nearest(at, first1, first2, p, share, leads, is_nearest)
+  pure subroutine find_nearest(at, first1, first2, p, share, leads, nearest)
     integer, intent(in) :: at(2), first1(:), first2(:), p(2)
     real(wp), intent(in) :: share(:, :)
     logical, intent(in) :: leads(:, :)
-    logical, intent(out) :: is_nearest(:, :)
-    integer :: away1(size(first1)), away2(size(first2)), i, j, best
-    real(wp) :: most
+    integer, allocatable, intent(out) :: nearest(:, :)   !! shape (2, any); empty where none leads
+    integer, allocatable :: away(:, :)
+    logical, allocatable :: is_nearest(:, :)
+    integer :: away1(size(first1)), away2(size(first2)), low(2), high(2), around
 
-    away1 = max(first1 - at(1), at(1) - first1 - p(1), 0)**2
-    away2 = max(first2 - at(2), at(2) - first2 - p(2), 0)**2
-    best = huge(1)
-    do j = 1, size(first2)
-      do i = 1, size(first1)
-        if (leads(i, j)) best = min(best, away1(i) + away2(j))
-      end do
+    away1 = max(first1 - at(1), at(1) - first1 - p(1), 0)
+    away2 = max(first2 - at(2), at(2) - first2 - p(2), 0)
+    around = 0
+    do         ! Elements beyond a box are farther away than it reaches.
+      low = [findloc(away1 <= around, .true., 1), findloc(away2 <= around, .true., 1)]
+      high = [findloc(away1 <= around, .true., 1, back=.true.), &
+              findloc(away2 <= around, .true., 1, back=.true.)]
+      low = max(low, 1)
+      is_nearest = leads(low(1):high(1), low(2):high(2))
+      away = spread(away1(low(1):high(1))**2, 2, size(is_nearest, 2)) &
+             + spread(away2(low(2):high(2))**2, 1, size(is_nearest, 1))
+      if (minval(away, is_nearest) <= around**2 .or. all(shape(is_nearest) == shape(leads))) exit
+      around = around + 1
     end do
-    most = 0.0_wp
-    do j = 1, size(first2)
-      do i = 1, size(first1)
-        is_nearest(i, j) = leads(i, j) .and. away1(i) + away2(j) == best
-        if (is_nearest(i, j)) most = max(most, share(i, j))
-      end do
-    end do
-    is_nearest = is_nearest .and. share >= (1.0_wp - alike)*most
+    is_nearest = is_nearest .and. away == minval(away, is_nearest)
+    associate (own => share(low(1):high(1), low(2):high(2)))
+      is_nearest = is_nearest .and. own >= (1.0_wp - alike)*maxval(own, is_nearest)
+    end associate
+    nearest = places_of(is_nearest, low)
   end subroutine find_nearest
 
   !> The mean of the polynomials of some elements, at a control point. Its mass goes to the nearest
   !! control point of each of these, whole, so that all masses stay positive.
-  pure subroutine follow(axes, first1, first2, is_followed, at, follower)
+  pure subroutine follow(axes, first1, first2, followed, at, follower)
     type(knot_vector_t), intent(in) :: axes(2)
     integer, intent(in) :: first1(:), first2(:)     !! first control point of each element
-    logical, intent(in) :: is_followed(:, :)        !! each element
+    integer, intent(in) :: followed(:, :)           !! elements, shape (2, any)
     integer, intent(in) :: at(2)
     type(follower_t), intent(out) :: follower
-    real(wp), dimension(axes(1)%n_basis, axes(2)%n_basis) :: coefficient, mass_share
-    integer :: i, j, k, l, low(2), heir(2), p(2), n
-    real(wp) :: one(axes(2)%degree + 1)
+    real(wp), allocatable :: coefficient(:, :), mass_share(:, :)   ! of the box of the elements
+    integer :: e, n, p(2), box(2), low(2), heir(2)
 
     p = axes%degree
-    n = count(is_followed)
-    coefficient = 0.0_wp
-    mass_share = 0.0_wp
-    do j = 1, size(first2)
-      if (.not. any(is_followed(:, j))) cycle
-      one = continued(axes(2), first2(j), at(2))/n
-      do i = 1, size(first1)
-        if (.not. is_followed(i, j)) cycle
-        low = [first1(i), first2(j)]
-        associate (part => coefficient(low(1):low(1) + p(1), low(2):low(2) + p(2)))
-          part = part + spread(continued(axes(1), low(1), at(1)), 2, p(2) + 1) &
-                 *spread(one, 1, p(1) + 1)
-        end associate
-        heir = min(max(at, low), low + p)
-        mass_share(heir(1), heir(2)) = mass_share(heir(1), heir(2)) + 1.0_wp/n
-      end do
+    n = size(followed, 2)
+    box = [first1(minval(followed(1, :))), first2(minval(followed(2, :)))]
+    associate (high => [first1(maxval(followed(1, :))), first2(maxval(followed(2, :)))] + p)
+      allocate (coefficient(box(1):high(1), box(2):high(2)), source=0.0_wp)
+      allocate (mass_share(box(1):high(1), box(2):high(2)), source=0.0_wp)
+    end associate
+    do e = 1, n
+      low = [first1(followed(1, e)), first2(followed(2, e))]
+      associate (part => coefficient(low(1):low(1) + p(1), low(2):low(2) + p(2)))
+        part = part + spread(continued(axes(1), low(1), at(1)), 2, p(2) + 1) &
+               *spread(continued(axes(2), low(2), at(2))/n, 1, p(1) + 1)
+      end associate
+      heir = min(max(at, low), low + p)
+      mass_share(heir(1), heir(2)) = mass_share(heir(1), heir(2)) + 1.0_wp/n
     end do
     associate (counts => abs(coefficient) > 0.0_wp .or. mass_share > 0.0_wp)
       follower%at = at
       follower%coefficient = pack(coefficient, counts)
       follower%mass_share = pack(mass_share, counts)
-      follower%leader = reshape( &
-                        [pack(spread([(k, k=1, size(counts, 1))], 2, size(counts, 2)), counts), &
-                         pack(spread([(l, l=1, size(counts, 2))], 1, size(counts, 1)), counts)], &
-                        [2, count(counts)], order=[2, 1])
+      follower%leader = places_of(counts, box)
     end associate
   end subroutine follow
 
