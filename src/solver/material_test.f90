@@ -20,8 +20,8 @@ module material_test
 
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
   !> Tests of plastic flow.
-  character(13), parameter :: needs_flow(3) = [character(13) :: "R VALUES", "YIELD LOCUS", &
-                                               "FORMING LIMIT"]
+  character(13), parameter :: needs_flow(4) = [character(13) :: "R VALUES", "YIELD LOCUS", &
+                                               "FORMING LIMIT", "LIMIT STRESS"]
   integer, parameter :: n_fixed = 13   ! time, strain and stress in front of the state in a row
 
   !> What controls the point: conditions, and their values at the corners of the path.
