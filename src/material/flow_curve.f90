@@ -89,11 +89,12 @@ contains
     call new_rate_curves(specs, is_logarithmic, curve%hardening, curve%rate_curves, error)
   end subroutine set_rate_curves
 
-  !> Is the slope infinite where plastic flow begins? A Newton step from there goes nowhere.
+  !> Is the slope infinite where plastic flow begins? A Newton step from there goes nowhere, as it
+  !! does where the slope leaps between two rates that are close.
   elemental logical function is_steep(curve)
     type(flow_curve_t), intent(in) :: curve
 
-    is_steep = is_steep_at_start(curve%hardening) &
+    is_steep = is_steep_at_start(curve%hardening) .or. curve%rate_kind == table_of_rates &
                .or. (curve%rate_kind == cowper_symonds .and. curve%rate_constants(2) > 1.0_wp)
   end function is_steep
 

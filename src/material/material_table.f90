@@ -96,7 +96,7 @@ contains
     call new_plastic(spec, law, error)
     if (allocated(error) .or. .not. allocated(spec%plasticity%damage)) return
     call add_damage(spec%plasticity%damage, law, error)
-    if (blames(error, "*DAMAGE INITIATION")) return
+    if (allocated(error)) error%keyword = "*DAMAGE INITIATION"
   end subroutine new_watched_plastic
 
   !> The law of *PLASTIC and the keywords that say how it flows, with all constants checked.
@@ -124,9 +124,6 @@ contains
       call set_rate_curves(spec%plasticity%rate_curves, spec%plasticity%is_logarithmic, curve, &
                            error)
       if (blames(error, "*PLASTIC")) return
-      call require(spec%plasticity%rate == "", "material: a rate factor, while the curves of "// &
-                   "*PLASTIC say what the rate does", error)
-      if (blames(error, "*RATE DEPENDENT")) return
     else if (spec%plasticity%rate /= "") then
       call set_rate_factor(spec%plasticity%rate, spec%plasticity%rate_constants, curve, error)
       if (blames(error, "*RATE DEPENDENT")) return

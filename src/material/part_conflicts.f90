@@ -35,6 +35,9 @@ contains
           call add(conflicts, n, "*UNLOADING MODULUS", "a modulus that falls, with HARDENING="// &
                    trim(spec%plasticity%hardening), "HARDENING=YOSHIDA UEMORI, which alone "// &
                    "has it, or no *UNLOADING MODULUS")
+        if (spec%plasticity%rate /= "" .and. allocated(spec%plasticity%rate_curves)) &
+          call add(conflicts, n, "*RATE DEPENDENT", "TYPE="//trim(spec%plasticity%rate)// &
+                   " with curves of *PLASTIC, RATE=", "no *RATE DEPENDENT, or one *PLASTIC")
         if (is_sheet_function(spec%plasticity%potential)) &
           call add_of_sheet_function(spec, conflicts, n)
         if (spec%plasticity%potential /= "" .and. .not. allocated(spec%plasticity%orientation)) &
