@@ -20,6 +20,7 @@ module plane_yield_return
   use flow_curve, only: flow_curve_t, flow_after, is_rough, is_steep
   use hardening, only: back_stresses_t
   use consistency, only: solve_consistency
+  use plane_steps, only: just_above
   use plane_yield, only: plane_yield_t, evaluate_plane_yield, slope_in_plane, excess_in_plane
   implicit none
   private
@@ -69,7 +70,6 @@ module plane_yield_return
   end type search_t
 
   real(wp), parameter :: error = 1.0e-12_wp      !! of residuals, over the flow stress
-  real(wp), parameter :: just_above = 5.0e-12_wp !! over flow stress, so left alone
 
 contains
 

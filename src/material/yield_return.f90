@@ -18,6 +18,7 @@ module yield_return
   use flow_curve, only: flow_curve_t, flow_after, is_rough, is_steep
   use return_problem, only: return_problem_t
   use consistency, only: solve_consistency
+  use plane_steps, only: just_above
   use yield_function, only: yield_function_t, evaluate_yield, find_excess
   use hardening, only: back_stresses_t
   implicit none
@@ -195,7 +196,8 @@ contains
   end function level_at
 
   !> Which points flow, and their step by the tangent plane at the outset; `now` begins without
-  !! plastic strain. The yield function of the trial stress is never below that plane, so that
+  !! plastic strain. Round-off above the flow stress is left alone: its plastic strain may have any
+  !! sign. The yield function of the trial stress is never below that plane, so that
   !! under continued loading its own value is not asked for.
   pure subroutine find_flowing(yield, problem, now, flows, reach, resistance, ok)
     type(yield_function_t), intent(in) :: yield
@@ -217,7 +219,7 @@ contains
       n_flowing = 0.0_wp
       !$omp simd reduction(+:n_flowing)
       do l = 1, lanes
-        flows(l) = merge(1.0_wp, 0.0_wp, reach(l) > problem%flow(l))
+        flows(l) = merge(1.0_wp, 0.0_wp, reach(l) > (1.0_wp + just_above)*problem%flow(l))
         n_flowing = n_flowing + flows(l)
       end do
       if (.not. n_flowing < lanes) return
@@ -226,7 +228,7 @@ contains
     n_flowing = 0.0_wp
     !$omp simd reduction(+:n_flowing)
     do l = 1, lanes
-      flows(l) = merge(1.0_wp, 0.0_wp, excess(l) > 0.0_wp)
+      flows(l) = merge(1.0_wp, 0.0_wp, excess(l) > just_above)
       n_flowing = n_flowing + flows(l)
     end do
     if (is_loading .or. .not. n_flowing > 0.0_wp) return
