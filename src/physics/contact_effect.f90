@@ -359,6 +359,7 @@ contains
     self%couple = 0.0_wp
     self%external_work = self%external_work - self%energy + 0.5_wp*dt*sum(net_force*net_v)
     self%pair%force = 0.0_wp
+    self%pair%scale = 0.0_wp
     self%energy = 0.0_wp
     self%force = 0.0_wp
   end subroutine stop
@@ -380,7 +381,7 @@ contains
   end subroutine tally_contact
 
   !> The state of a pair. Its penalty is shared with the pairs on its face, also those of steps of
-  !! the deck that may be new now, and must be what it was.
+  !! the deck that may be new now, and must be what it was; that of a pair that has ended is zero.
   subroutine carry_contact_effect(self, store)
     class(contact_effect_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
@@ -404,7 +405,7 @@ contains
     call carry(store, "has_told_failure", self%has_told_failure)
     call carry_contact(self%pair, store)
     if (abs(self%pair%scale - share) > round_off*share .and. store%reason == "") store%reason = &
-      "a penalty of contact is "//rounded_text(share)//" now and was "// &
+      self%name//": its penalty is "//rounded_text(share)//" now and was "// &
       rounded_text(self%pair%scale)//", since other tools share it in some step"
     if (self%pair%is_static .and. allocated(self%net)) &
       call carry_array(store, "own_net", size(self%net), self%net)
