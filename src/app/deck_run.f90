@@ -72,6 +72,7 @@ contains
     type(user_library_t), allocatable :: library
     type(error_list_t) :: errors
     type(outlook_t) :: outlook
+    type(results_setup_t) :: setup
     type(string_t), allocatable :: lines(:)
     type(error_t), allocatable :: error
     real(wp) :: seconds
@@ -111,7 +112,8 @@ contains
       if (is_for_shells) call print_lines(shell_lines(scene, outlook%set_up, seconds))
       call print_lines(source_lines(scene, model))
       if (command%restart /= "") then
-        call check_restart(command, scene, model, lines, error)
+        call fill_setup(scene, model, setup)
+        call check_restart(command, scene, files_read(command, scene), setup, model, lines, error)
         call print_lines(lines)
       end if
       if (allocated(error)) write (error_unit, "(a)") "igaform: "//error%message

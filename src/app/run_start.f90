@@ -111,9 +111,7 @@ contains
     type(run_t), intent(out) :: run
     type(results_t), intent(out) :: results
     type(error_t), allocatable, intent(out) :: error
-    type(state_store_t) :: store
     type(draft_t) :: draft
-    character(:), allocatable :: why
 
     call new_run(model, run)
     call add_watch(model%timer, "checkpoint", run%watch_state)
@@ -122,6 +120,30 @@ contains
       if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
       return
     end if
+    call take_up(command, setup, saver, model, run, draft, error)
+    if (allocated(error)) return
+    call place_result(draft, error)
+    if (allocated(error)) return
+    call open_results(results, setup, error, saver%verified%n_frames)
+    run%is_file_lost = allocated(error)   ! what was there before is replaced already
+    if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
+    if (.not. is_same_file(command%restart, saver%path)) return
+    saver%saved_step = run%n_steps
+    saver%saved_deck_step = model%i_step
+  end subroutine start_run
+
+  !> Take model and run to the state of the checkpoint of --restart, and its result out of it.
+  subroutine take_up(command, setup, saver, model, run, draft, error)
+    type(command_t), intent(in) :: command
+    type(results_setup_t), intent(inout) :: setup    !! with the fields of that result afterwards
+    type(saver_t), intent(inout) :: saver
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(draft_t), intent(out) :: draft              !! none on failure
+    type(error_t), allocatable, intent(out) :: error
+    type(state_store_t) :: store
+    character(:), allocatable :: why
+
     call read_checkpoint(command%restart, saver%header, store, error, saver%other_build, &
                          saver%changes)
     if (allocated(error)) return
@@ -135,44 +157,34 @@ contains
       call resume_from(saver, model, run, store)
       why = state_problem(store, run)
     end if
-    if (why /= "") then
-      call drop_result(draft)
-      call fail(error, "checkpoint '"//command%restart//"' rejected: "//why)
-      return
-    end if
-    call place_result(draft, error)
-    if (allocated(error)) return
-    call open_results(results, setup, error, saver%verified%n_frames)
-    run%is_file_lost = allocated(error)   ! what was there before is replaced already
-    if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
-    if (is_same_file(command%restart, saver%path)) saver%saved_step = run%n_steps
-  end subroutine start_run
+    if (why == "") return
+    call drop_result(draft)
+    call fail(error, "checkpoint '"//command%restart//"' rejected: "//why)
+  end subroutine take_up
 
-  !> Does the checkpoint of --restart fit the deck? For `--check`: nothing is written, and the
-  !! model is of no use afterwards.
-  subroutine check_restart(command, scene, model, lines, error)
+  !> Does the checkpoint of --restart fit the deck? For `--check`: its result is drawn as by a run,
+  !! and nothing is left of it; the model is of no use afterwards.
+  subroutine check_restart(command, scene, read_files, setup, model, lines, error)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
+    type(string_t), intent(in) :: read_files(:)            !! that must not be written
+    type(results_setup_t), intent(inout) :: setup          !! all but its path
     type(model_t), intent(inout) :: model
     type(string_t), allocatable, intent(out) :: lines(:)   !! what of it is told
     type(error_t), allocatable, intent(out) :: error
     type(saver_t) :: saver
     type(run_t) :: run
-    type(state_store_t) :: store
-    character(:), allocatable :: path, why
+    type(draft_t) :: draft
 
     allocate (lines(0))
-    call result_path(command, [string_t ::], path, error)
+    call result_path(command, read_files, setup%path, error)
     if (allocated(error)) return
-    call new_saver(command, scene, path, [string_t ::], saver)
-    call read_checkpoint(command%restart, saver%header, store, error, saver%other_build, &
-                         saver%changes)
-    if (allocated(error)) return
+    call new_saver(command, scene, setup%path, read_files, saver)
     call new_run(model, run)
-    call resume_from(saver, model, run, store)
-    why = state_problem(store, run)
-    if (why == "") lines = restart_lines(command, saver, run)
-    if (why /= "") call fail(error, "checkpoint '"//command%restart//"' rejected: "//why)
+    call take_up(command, setup, saver, model, run, draft, error)
+    if (allocated(error)) return
+    call drop_result(draft)
+    lines = restart_lines(command, saver, run)
   end subroutine check_restart
 
   !> What a run that is taken up again continues, and what differs from the run that wrote the

@@ -71,7 +71,7 @@ contains
     call set_keyword(table, "TEMPERATURE", in_any_step)
     call set_keyword(table, "FIELD", in_any_step, read=read_field_variables)
     call set_keyword(table, "STEP", bounds_step)
-    call set_keyword(table, "END STEP", bounds_step)
+    call set_keyword(table, "END STEP", bounds_step, is_in_digest=.false.)
     call set_keyword(table, "MODEL CHANGE", needs_step, read=read_changes)
     call set_keyword(table, "TRIM", needs_step)
     call set_keyword(table, "DYNAMIC", inside_step, read=read_steps)

@@ -57,6 +57,7 @@ module checkpoint
   end type draft_t
 
   character(*), parameter :: mark = "igaform checkpoint 1 "
+  character(*), parameter :: form = "2"      ! of what is in it; files without one are older
   integer, parameter :: last_length = len(mark) + 2*20 + 16 + 1
   integer, parameter :: block_bytes = 1048576
 
@@ -100,6 +101,7 @@ contains
     integer :: i
 
     call create_file(file, path, is_checked=.true.)
+    call write_text_attribute(file, "/", "form", form)
     call write_text_attribute(file, "/", "program", header%program)
     call write_text(file, "/build", header%build, &
                     "what the bits of results depend on besides the deck, one a line")
@@ -197,8 +199,9 @@ contains
     end if
   end subroutine copy_bytes
 
-  !> Read a checkpoint. Rejected: a file that is none, one that is damaged, one of another build of
-  !! the program, unless the header allows it, or of a deck that differs in what has been simulated.
+  !> Read a checkpoint. Rejected: a file that is none, one that is damaged or of another form, one
+  !! of another build of the program, unless the header allows it, or of a deck that differs in what
+  !! has been simulated.
   subroutine read_checkpoint(path, header, store, error, other_build, changes)
     character(*), intent(in) :: path
     type(checkpoint_header_t), intent(in) :: header    !! what it must belong to
@@ -219,20 +222,17 @@ contains
       call reject(path, "HDF5 cannot open it", error)
       return
     end if
-    build = read_text(file, "/build")
-    if (build == "") then   ! an older file names its program alone
-      build = "program then "//read_text_attribute(file, "/", "program")//", now "// &
-              header%program//"; the file does not state how that was built"
-    else
-      build = fingerprint_difference(build, header%build)
-    end if
+    build = fingerprint_difference(read_text(file, "/build"), header%build)
     if (present(other_build)) other_build = build
     step = deck_step_of(file)
     was = lines_of(read_text(file, "/deck"))
     now = lines_of(header%deck)
     difference = first_difference(was, now, step)
     if (present(changes)) changes = changes_after(was, now, step)
-    if (build /= "" .and. .not. header%is_any_build) then
+    if (read_text_attribute(file, "/", "form") /= form) then
+      call reject(path, "it was written by igaform "//read_text_attribute(file, "/", "program")// &
+                  ", whose checkpoints have another form", error)
+    else if (build /= "" .and. .not. header%is_any_build) then
       call reject(path, "it was written by another build of igaform ("//build// &
                   "), which rounds differently; --restart-any-build continues all the same", error)
     else if (difference /= "") then
@@ -282,11 +282,8 @@ contains
       if (len(line) < digest_length + 2) cycle
       line = line(digest_length + 2:)
       end_of_number = index(line//" ", " ")
-      read (line(:end_of_number - 1), *, iostat=status) lines(i)%from
-      if (status /= 0) then     ! of an older program
-        lines(i)%from = 1
-        end_of_number = 0
-      end if
+      read (line(:end_of_number - 1), "(i10)", iostat=status) lines(i)%from
+      if (status /= 0) lines(i)%from = 1   ! damage
       lines(i)%name = line(end_of_number + 1:)
     end do
   end function lines_of
@@ -317,29 +314,41 @@ contains
     end do
   end function first_difference
 
-  !> What later steps have, or depend on, that they had not, and what they have no more.
+  !> What later steps have, or depend on, that they had not, and what they had and have not now.
   pure function changes_after(was, now, step) result(changes)
     type(deck_line_t), intent(in) :: was(:), now(:)
     integer, intent(in) :: step
     type(string_t), allocatable :: changes(:)
 
     allocate (changes(0))
-    call tell(now, was, "new or changed")
-    call tell(was, now, "no more or changed")
+    call tell(now, was, "now")
+    call tell(was, now, "before")
 
   contains
 
-    pure subroutine tell(these, others, words)
+    !> Lines of which there are fewer in the others; a keyword may have two, one after the other.
+    pure subroutine tell(these, others, when)
       type(deck_line_t), intent(in) :: these(:), others(:)
-      character(*), intent(in) :: words
+      character(*), intent(in) :: when
+      character(:), allocatable :: last
       integer :: i
 
+      last = ""
       do i = 1, size(these)
-        if (these(i)%from <= step .or. any(others%digest == these(i)%digest)) cycle
-        call append_text(changes, words//" after step "//to_text(step)//": "//these(i)%name)
+        if (these(i)%from <= step .or. these(i)%name == last) cycle
+        if (n_like(these(i), these(:i)) <= n_like(these(i), others)) cycle
+        last = these(i)%name
+        call append_text(changes, "deck after step "//to_text(step)//", "//when//": "//last)
       end do
     end subroutine tell
   end function changes_after
+
+  !> How many of these lines say the same as one, of the same step.
+  pure integer function n_like(line, lines)
+    type(deck_line_t), intent(in) :: line, lines(:)
+
+    n_like = count(lines%digest == line%digest .and. lines%from == line%from)
+  end function n_like
 
   subroutine read_entries(file, path, store, error)
     integer(hid_t), intent(in) :: file

@@ -63,6 +63,7 @@ module run_saver
     character(:), allocatable :: stopped_by   !! why the run stopped before its end, if it did
     logical :: is_state_lost = .false.        !! it stopped, and could not write its state
     integer(int64) :: saved_step = -1         !! of the file; negative: this run wrote none
+    integer :: saved_deck_step = 0            !! a step of frequencies has no increments of its own
     real(wp) :: saved_time = 0.0_wp
     integer(int64) :: tried_ticks = 0         !! of the last try to write the file
     type(kept_t), allocatable :: verified     !! the last verified state
@@ -98,7 +99,7 @@ contains
       call take_state(saver%entry, model, run, results)
     end if
     is_end = is_step_end .and. size(model%later_steps) == 0 .and. saver%is_lasting .and. &
-             run%n_steps > saver%saved_step
+             .not. is_saved(saver, run%n_steps, model%i_step)
     ! An equilibrium needs no increments behind it to show that it is sound.
     is_at_once = .not. allocated(saver%verified) .or. is_end .or. model%step%is_static .or. &
                  (is_step_end .and. size(model%later_steps) > 0)
@@ -162,7 +163,7 @@ contains
     integer(int64) :: last_ticks
 
     is_due = saver%every_seconds > 0.0_wp
-    if (is_due) is_due = saver%verified%step > saver%saved_step
+    if (is_due) is_due = .not. is_saved(saver, saver%verified%step, saver%verified%deck_step)
     if (.not. is_due) return
     last_ticks = saver%tried_ticks
     if (last_ticks == 0) last_ticks = run%started
@@ -229,7 +230,7 @@ contains
     if (is_due) call save(saver, model, run, results, log, why == "", error)
     if (allocated(error) .or. why == "") return
     saver%stopped_by = why
-    saver%is_state_lost = saver%saved_step /= saver%verified%step
+    saver%is_state_lost = .not. is_saved(saver, saver%verified%step, saver%verified%deck_step)
     call log_line(log, "stopped by "//why//" at step "//to_text(run%n_steps)//", time "// &
                   rounded_text(run%instant%time)//"; the last verified state is that of step "// &
                   to_text(saver%verified%step))
@@ -245,8 +246,17 @@ contains
     type(saver_t), intent(in) :: saver
 
     inquire (file=saver%path, exist=is_in_file)
-    is_in_file = is_in_file .and. saver%saved_step == saver%verified%step
+    is_in_file = is_in_file .and. is_saved(saver, saver%verified%step, saver%verified%deck_step)
   end function is_in_file
+
+  !> Is the state that this run has written last that of this increment and step of the deck?
+  pure logical function is_saved(saver, n_steps, deck_step)
+    type(saver_t), intent(in) :: saver
+    integer(int64), intent(in) :: n_steps
+    integer, intent(in) :: deck_step
+
+    is_saved = saver%saved_step == n_steps .and. saver%saved_deck_step == deck_step
+  end function is_saved
 
   !> The waiting state is verified. Both are exchanged, so that they keep their memory, and the
   !! frames that belong to it are written.
@@ -320,6 +330,7 @@ contains
                           path_of_open(results%file), error)
     if (allocated(error)) return
     saver%saved_step = saver%verified%step
+    saver%saved_deck_step = saver%verified%deck_step
     saver%saved_time = saver%verified%time
   end subroutine write_verified
 
@@ -407,7 +418,8 @@ contains
     if (.not. allocated(saver%verified)) return
     inquire (file=saver%path, exist=is_there)
     if (.not. is_there) saver%saved_step = -1
-    if (saver%verified%step > saver%saved_step) call write_verified(saver, results, error, ignored)
+    if (.not. is_saved(saver, saver%verified%step, saver%verified%deck_step)) &
+      call write_verified(saver, results, error, ignored)
     if (allocated(error)) advice = "the last verified state, of step "// &
       to_text(saver%verified%step)//", cannot be saved: "//error%message//new_line("a")
     if (saver%saved_step < 0) return
@@ -418,8 +430,8 @@ contains
     end if
     advice = advice//", of step "//to_text(saver%saved_step)//", time "// &
              rounded_text(saver%saved_time)//", is in '"//saver%path//"'"
-    if (saver%saved_step == run%n_steps .and. saver%verified%deck_step < model%i_step) then
-      advice = advice//", the end of step "//to_text(saver%verified%deck_step)//" of the deck: "// &
+    if (saver%saved_step == run%n_steps .and. saver%saved_deck_step < model%i_step) then
+      advice = advice//", the end of step "//to_text(saver%saved_deck_step)//" of the deck: "// &
                "mend what follows in the deck and continue with igaform "// &
                saver%header%deck_file//" --restart "//saver%path
       return

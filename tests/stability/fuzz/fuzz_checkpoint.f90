@@ -27,7 +27,7 @@ program fuzz_checkpoint
 
   header%program = "any"
   header%build = "any"
-  header%deck = "any"
+  header%deck = "0000000000000000 1 any"
   header%deck_file = argument(1)
   header%user = ""
   call set_up()

@@ -96,8 +96,8 @@ def a_trim_that_fails_can_be_mended(folder):
     told = igaform(folder, good.name, "--check", "--restart", "a.ckpt.h5")
     log = goes_on_as_the_whole(folder, good, "a.ckpt.h5")
     for text in (told, log):
-        assert f"new or changed after step 1: *TRIM (good.key:{line})" in text, text
-        assert f"no more or changed after step 1: *TRIM (bad.key:{line})" in text, text
+        assert f"deck after step 1, now: *TRIM (good.key:{line})" in text, text
+        assert f"deck after step 1, before: *TRIM (bad.key:{line})" in text, text
         assert text.count("after step 1") == 2, text
     with h5py.File(folder / "on.h5") as file:
         text = file["provenance/deck_text"][()].decode()
@@ -116,7 +116,8 @@ def steps_come_and_go(folder):
     log = goes_on_as_the_whole(folder, long, "a.ckpt.h5")
     for words in ("*AMPLITUDE (long.key:", "*STEP (", "*TRIM (", "*CONTACT PAIR (",
                   "the file 'disk.csv'"):
-        assert f"new or changed after step 1: {words}" in log, log
+        assert f"deck after step 1, now: {words}" in log, log
+    assert log.count("now: *DYNAMIC (") == 2 and "*END STEP" not in log, log
     with h5py.File(folder / "on.h5") as file:
         distance = file["VTKHDF/PointData/edge_distance"][:]
         assert len(distance) == file["VTKHDF/Points"].shape[0], distance.shape
@@ -139,7 +140,7 @@ def a_pair_that_begins_after_a_trim(folder):
                     meet.replace("*TOOL", "*TRIM, NAME=all\nCIRCLE, 100, 0, 1\n*TOOL"))
     igaform(folder, failing.name, "--out", "b.h5", code=2)
     log = goes_on_as_the_whole(folder, write(folder, "pair.key", DRAW, cut, meet), "b.ckpt.h5")
-    assert "no more or changed after step 2: *TRIM (failing.key:" in log, log
+    assert "deck after step 2, before: *TRIM (failing.key:" in log, log
     with h5py.File(folder / "on.h5") as file:
         assert np.abs(file["tools/bar/force"][:]).max() > 1, "the bar meets nothing"
 
@@ -170,12 +171,44 @@ def what_was_simulated_must_be_the_same(folder):
     both = write(folder, "c.key", DRAW, stiff, MEET.format(curve="soft").replace(
         "TOOL=bar, FACE=Z_MAX", pair))
     said = igaform(folder, both.name, "--restart", "a.ckpt.h5", "--out", "c.h5", code=1)
-    assert "a penalty of contact is 0.4" in said and "now and was 0.5," in said, said
+    assert "rejected: its state does not fit this deck: contact roll" in said, said
+    assert ": its penalty is 0.4" in said and "now and was 0.5, since" in said, said
     (folder / "disk.csv").write_text(SQUARE.replace("8", "7"))
     said = igaform(folder, path.name, "--restart", "b.ckpt.h5", code=1)
     assert "the file 'disk.csv' is new or not what it was" in said, said
 
 
+def a_pair_that_has_ended_may_have_any_penalty(folder):
+    """Tools that begin together share what the roll, gone before, had alone when it had it."""
+    ended = CUT.format(x=1, radius=12)
+    igaform(folder, write(folder, "a.key", LASTING, ended).name, "--out", "a.h5")
+    both = write(folder, "both.key", LASTING, ended, MEET.format(curve="soft").replace(
+        "FACE=Z_MAX", "FACE=Z_MAX, PENALTY SCALE=1.2").replace(
+        "*TOOL", "*MODEL CHANGE, ADD\nroll\n*TOOL"))
+    igaform(folder, both.name, "--restart", "a.ckpt.h5", "--out", "on.h5")
+    with h5py.File(folder / "on.h5") as file:
+        assert np.abs(file["tools/bar/force"][:]).max() > 1, "the bar meets nothing"
+
+
+def a_check_refuses_what_a_run_refuses(folder):
+    """A tool that begins to rotate has no torque in the history so far; other fields. Nothing is
+    left of the check, and the result stays."""
+    igaform(folder, write(folder, "a.key", LASTING).name, "--out", "a.h5")
+    turn = MEET.format(curve="soft").replace("\n0, 0, -20000", ", TYPE=ANGULAR VELOCITY\n"
+                                             "0, 0, 9, 0, 1, 0\n100")
+    write(folder, "turn.key", LASTING, turn)
+    write(folder, "wear.key", LASTING.replace("HISTORY=10", "HISTORY=10, FIELDS=WEAR"))
+    write(folder, "good.key", LASTING, CUT.format(x=1, radius=12))
+    files = {file.name: file.read_bytes() for file in folder.iterdir()}
+    for name, reason in (("turn", "tool 'bar' rotates"), ("wear", "FIELDS=NONE"), ("good", "")):
+        words = [f"{name}.key", "--restart", "a.ckpt.h5"]
+        checked = igaform(folder, *words, "--check", code=1 if reason else 0)
+        assert {file.name: file.read_bytes() for file in folder.iterdir()} == files
+        said = igaform(folder, *words, "--out", "on.h5", code=1 if reason else 0)
+        assert reason in said and said in checked, (checked, said)
+
+
 if __name__ == "__main__":
     run_all(a_trim_that_fails_can_be_mended, steps_come_and_go, a_pair_that_begins_after_a_trim,
-            what_was_simulated_must_be_the_same)
+            what_was_simulated_must_be_the_same, a_pair_that_has_ended_may_have_any_penalty,
+            a_check_refuses_what_a_run_refuses)

@@ -329,8 +329,8 @@ def what_may_differ(folder):
 
 
 def another_build_is_refused(folder):
-    """By what it was built with, of the same commit too; older files do not tell. With the option
-    the run continues, and the log says so."""
+    """By what it was built with, of the same commit too. With the option the run continues, and the
+    log says so. With a file of another form no option helps."""
     path, words = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2"), settings("n_x=4 end_time=2e-5")
     igaform(folder, path, *words, "--out", "a.h5")
     with h5py.File(folder / "a.h5") as file:
@@ -343,9 +343,9 @@ def another_build_is_refused(folder):
     cases = {f"options then -O9, now {option.decode()}": state.replace(option, b"-O9"),
              "kernels then 333": state.replace(b"kernels    222", b"kernels    333")}
     with h5py.File(io.BytesIO(state), "r+") as file:
-        del file["build"]
+        del file.attrs["form"]
         file.flush()
-        cases["not state how"] = file.id.get_file_image()
+        older = file.id.get_file_image()
     before = (folder / "a.h5").read_bytes()
     for reason, changed in cases.items():
         (folder / "b.ckpt.h5").write_bytes(sealed(changed, result))
@@ -357,6 +357,9 @@ def another_build_is_refused(folder):
         log = (folder / "a.log").read_text()
         assert "another build" in log and reason in log, log
         before = (folder / "a.h5").read_bytes()
+    (folder / "b.ckpt.h5").write_bytes(sealed(older, result))
+    said = igaform(folder, path, *words, *more, "--restart-any-build", code=1)
+    assert "rejected: it was written by igaform 0." in said and "another form" in said, said
     igaform(folder, path, *words, "--restart", "a.ckpt.h5", "--restart-any-build")
     assert (folder / "a.log").read_text().count("another build") == len(cases)
 
