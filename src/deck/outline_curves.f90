@@ -3,8 +3,8 @@ module outline_curves
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: origin_t, error_list_t, add_error
-  use text, only: to_text, rounded_text, place_text, counted
-  use outline, only: polygon_t, region_t, add_polygon, new_region, signed_area
+  use text, only: to_text, rounded_text, place_text
+  use outline, only: polygon_t, region_t, add_polygon, new_region, signed_area, plane_of, in_space
   use polygon_crossings, only: crossing_t, find_crossing
   use point_spline, only: spline_corners
   use scene, only: outline_spec_t
@@ -12,7 +12,7 @@ module outline_curves
   private
 
   public :: end_curve, add_corner, add_arc, arc_through, add_spline, check_curves, &
-            check_pieces, plane_of
+            check_pieces
 
   !> Angle between the corners of an arc: they lie off it by less than 1e-8 of its radius.
   real(wp), parameter :: smallest_turn = 2.5e-4_wp
@@ -69,32 +69,14 @@ contains
     call find_crossing(one_curve, 0.0_wp, found)
     if (found%polygons(1) > 0 .and. .not. found%is_touch) then
       call add_error(errors, origin, "a curve that crosses itself at "// &
-                     place_text(in_space(found%place, axis)), "curves that do not cross")
+                     place_text(in_space(found%place, plane_of(axis))), "curves that do not cross")
     else
       call add_error(errors, origin, "a curve without area, which ends on this line: "// &
                      rounded_text(norm2(maxval(corners, 2) - minval(corners, 2)))// &
-                     " long, from "//place_text(in_space(corners(:, 1), axis)), &
+                     " long, from "//place_text(in_space(corners(:, 1), plane_of(axis))), &
                      "at least three corners that enclose an area")
     end if
   end subroutine refuse_flat
-
-  !> A place of the plane of the curves, with 0 along their axis.
-  pure function in_space(place, axis) result(x)
-    real(wp), intent(in) :: place(2)
-    integer, intent(in) :: axis
-    real(wp) :: x(3)
-
-    x = 0.0_wp
-    x(plane_of(axis)) = place
-  end function in_space
-
-  !> The two coordinates across an axis, in cyclic order.
-  pure function plane_of(axis) result(plane)
-    integer, intent(in) :: axis
-    integer :: plane(2)
-
-    plane = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1]
-  end function plane_of
 
   !> Refuse curves of a keyword that are there twice, that cross, or that touch: what lies inside
   !! would hang together in a point.
@@ -124,7 +106,7 @@ contains
     else
       words = "curves that "//words
     end if
-    words = words//" at "//place_text(in_space(found%place, outline%axis))
+    words = words//" at "//place_text(in_space(found%place, plane_of(outline%axis)))
     if (found%is_touch) words = words//" (a gap of "//rounded_text(found%gap)//")"
     associate (other => outline%origins(found%polygons(1)), own => outline%origins( &
                found%polygons(2)))
@@ -139,8 +121,9 @@ contains
     end associate
   end subroutine check_curves
 
-  !> Refuse curves that leave more pieces than the deck names: a hole in a wrong place would be one
-  !! without a word. The largest are those that are meant.
+  !> Refuse curves that leave more pieces than the deck names, whatever the sheet is like: a hole in
+  !! a wrong place would be one without a word. The largest are those that are meant. The cut counts
+  !! what is left of the sheet; this is known before, also of sheets that are formed first.
   subroutine check_pieces(outline, errors)
     type(outline_spec_t), intent(in) :: outline
     type(error_list_t), intent(inout) :: errors
@@ -150,17 +133,14 @@ contains
 
     call new_region(region, outline%polygons, outline%is_outside)
     areas = [(signed_area(region%polygons(p)%corners), p=1, size(areas))]
-    if (outline%is_outside) areas = -areas             ! what is around all of them is one more
-    n = count(areas > 0.0_wp) + merge(1, 0, outline%is_outside)
-    if (n < outline%n_pieces) call add_error(errors, outline%origin, "PIECES="// &
-      to_text(outline%n_pieces)//" and curves that leave "//counted(n, "piece"), &
-      "as many curves, each around a piece of its own, or PIECES="//to_text(n))
+    if (outline%is_outside) areas = -areas             ! around all of them there may be no sheet
+    n = count(areas > 0.0_wp)
     do n_more = 1, n - outline%n_pieces
       p = minloc(areas, 1, areas > 0.0_wp)
       areas(p) = 0.0_wp
       middle = 0.5_wp*(region%boxes(:, 1, p) + region%boxes(:, 2, p))
       call add_error(errors, outline%origins(p), "a curve that leaves a piece apart from the "// &
-                     "others, around "//place_text(in_space(middle, outline%axis)), &
+                     "others, around "//place_text(in_space(middle, plane_of(outline%axis))), &
                      "a curve within another one, for a hole; or PIECES="//to_text(n)// &
                      ", if the pieces are meant")
     end do
@@ -181,7 +161,7 @@ contains
           if (any(abs(a - b) > 0.0_wp)) cycle
           has_twins = .true.
           call add_error(errors, outline%origins(p), "the same curve twice, at "// &
-                         place_text(in_space(a(:, 1), outline%axis))//", here and at "// &
+                         place_text(in_space(a(:, 1), plane_of(outline%axis)))//", here and at "// &
                          outline%origins(q)%file//":"//to_text(outline%origins(q)%line), "it once")
         end associate
       end do

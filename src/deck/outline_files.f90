@@ -13,7 +13,8 @@ module outline_files
   use scene, only: scene_t, outline_spec_t
   use deck_records, only: record_t, option_text, is_option_given
   use cad_source, only: add_source, ending_of, is_for_converter, find_unit
-  use outline_curves, only: corners_t, end_curve, add_corner, plane_of
+  use outline, only: plane_of
+  use outline_curves, only: corners_t, end_curve, add_corner
   implicit none
   private
 

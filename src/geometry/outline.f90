@@ -11,7 +11,7 @@ module outline
   private
 
   public :: new_region, add_polygon, join_regions, cut_cells, is_inside, inside_distance, &
-            signed_area, cut_to_box, share_along
+            signed_area, cut_to_box, share_along, plane_of, in_space
 
   integer, parameter, public :: n_moments = 6     !! of 1, x, y, x^2, x y, y^2
 
@@ -33,6 +33,24 @@ module outline
   real(wp), parameter :: nothing = 1.0e-10_wp     !! of a cell, an area that round-off leaves
 
 contains
+
+  !> The two coordinates across an axis of space, in cyclic order.
+  pure function plane_of(axis) result(plane)
+    integer, intent(in) :: axis                   !! 1 x, 2 y, 3 z
+    integer :: plane(2)
+
+    plane = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1]
+  end function plane_of
+
+  !> A place of a plane of two coordinates, with 0 along the third.
+  pure function in_space(place, plane) result(x)
+    real(wp), intent(in) :: place(2)
+    integer, intent(in) :: plane(2)               !! see `plane_of`
+    real(wp) :: x(3)
+
+    x = 0.0_wp
+    x(plane) = place
+  end function in_space
 
   !> A region of polygons that may run either way.
   pure subroutine new_region(region, polygons, is_outside)

@@ -12,7 +12,7 @@ module region_parts
   implicit none
   private
 
-  public :: find_parts
+  public :: find_parts, find_groups
 
   !> Parts, and the segments of the borders in the cells.
   type, public :: region_parts_t
@@ -76,12 +76,44 @@ contains
     call link_parts(intervals, parts)
   end subroutine find_parts
 
-  !> Lines that no border runs along.
+  !> Number what hangs together.
+  pure subroutine find_groups(parts, group, n)
+    type(region_parts_t), intent(in) :: parts
+    integer, allocatable, intent(out) :: group(:)      !! of each part
+    integer, intent(out) :: n
+    integer :: queue(parts%n), first, at, last, k
+
+    allocate (group(parts%n), source=0)
+    n = 0
+    do first = 1, parts%n
+      if (group(first) > 0) cycle
+      n = n + 1
+      group(first) = n
+      queue(1) = first
+      last = 1
+      at = 0
+      do while (at < last)
+        at = at + 1
+        do k = parts%begin(queue(at)), parts%begin(queue(at) + 1) - 1
+          if (group(parts%links(k)) > 0) cycle
+          last = last + 1
+          queue(last) = parts%links(k)
+          group(queue(last)) = n
+        end do
+      end do
+    end do
+  end subroutine find_groups
+
+  !> Lines that no border runs along. What runs along the edges of the grid lies beyond these.
   pure function moved_lines(lines) result(moved)
     real(wp), intent(in) :: lines(:)
     real(wp) :: moved(size(lines))
 
-    moved = lines + aside*(lines(size(lines)) - lines(1))/(size(lines) - 1)
+    real(wp) :: little
+
+    little = aside*(lines(size(lines)) - lines(1))/(size(lines) - 1)
+    moved = lines + little
+    moved(size(lines)) = lines(size(lines)) - little
   end function moved_lines
 
   !> The cell between lines that has a coordinate; 0 below, their number above all.

@@ -11,11 +11,12 @@ module blank_trim
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
-  use outline, only: polygon_t, region_t, new_region, cut_to_box, signed_area
+  use outline, only: polygon_t, region_t, new_region, cut_to_box, signed_area, plane_of, in_space
   use outline_slits, only: slit_t, find_slit
   use element, only: element_t
   use shell_setup, only: mid_surface
   use blank, only: blank_t, mass_of
+  use blank_pieces, only: check_pieces
   use body_parts, only: set_inertia, lead_edges
   use effect, only: effect_slot_t
   use contact_effect, only: contact_view_t, contact_pairs, trim_pair
@@ -39,6 +40,7 @@ module blank_trim
     integer :: step = 0                       !! of the deck; 0: before the run
     integer :: axis = 3                       !! of the projection: 1 x, 2 y, 3 z
     logical :: is_outside = .false.           !! what lies outside of the polygons stays
+    integer :: n_pieces = 1                   !! of the sheet after the cut
     logical :: is_flat = .false.              !! they lie on the sheet as it was before the run
     type(polygon_t), allocatable :: polygons(:)   !! by the two other axes, in cyclic order [length]
     type(origin_t), allocatable :: origins(:) !! of each of them; absent: not known
@@ -79,6 +81,9 @@ contains
       call new_region(regions(1), polygons, trim%is_outside)
       call element%trim(regions, blank%law, error)
       if (allocated(error)) return
+      surface = middle_of(element%grid, element%motion%x)
+      call check_pieces(element, regions(1), surface, trim%n_pieces, error)
+      if (allocated(error)) return
     end associate
     call set_inertia(blank%parts, blank%seams)
     call lead_edges(blank%parts)
@@ -88,7 +93,6 @@ contains
     loss%share = loss%mass/mass
     associate (element => blank%parts(1)%element)
       loss%area = area - area_of(element)
-      surface = middle_of(element%grid, element%motion%x)
       call find_slit(surface, regions(1), element%ties%share, loss%slit)
     end associate
   end subroutine cut_blank
@@ -231,7 +235,7 @@ contains
       call fail(error, edge_on_words(trim%axis))
       return
     end if
-    plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
+    plane = plane_of(trim%axis)
     do i = 1, 2
       box(i, :) = [minval(surface%points(:, :, plane(i))), maxval(surface%points(:, :, plane(i)))]
     end do
@@ -240,7 +244,7 @@ contains
     if (allocated(error)) return
     near = pieces_of(near, per_element*extent/maxval(element%n_elements))
     call project_pieces(surface, element, plane, extent, near, places, error)
-    if (.not. allocated(error)) call check_meeting(surface, plane, near, places, error)
+    if (.not. allocated(error)) call check_overlap(surface, plane, near, places, error)
   end subroutine project
 
   !> Does the sheet, as it lies, show nothing but its edge along an axis?
@@ -281,7 +285,7 @@ contains
   end function has_no_front
 
   !> Refuse a curve beside the sheet: others of its keyword would cut, and it would do nothing.
-  subroutine check_meeting(surface, plane, corners, places, error)
+  subroutine check_overlap(surface, plane, corners, places, error)
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: plane(2)
     real(wp), intent(in) :: corners(:, :)             !! across the projection
@@ -307,7 +311,7 @@ contains
       call refuse_far(merge(minval(off), 0.0_wp, minval(off) > round_off*maxval(off)), &
                       corners(:, minloc(off, 1)), plane, error)
     end associate
-  end subroutine check_meeting
+  end subroutine check_overlap
 
   subroutine refuse_far(gap, corner, plane, error)
     real(wp), intent(in) :: gap                       !! from the sheet [length]
@@ -315,8 +319,13 @@ contains
     integer, intent(in) :: plane(2)
     type(error_t), allocatable, intent(out) :: error
 
-    call fail(error, "a curve that does not meet the sheet: "//rounded_text(gap)// &
-              " off it at "//place_text(in_space(corner, plane)))
+    if (gap > 0.0_wp) then
+      call fail(error, "a curve that does not meet the sheet: about "//rounded_text(gap)// &
+                " off it at "//place_text(in_space(corner, plane)))
+    else
+      call fail(error, "a curve that touches the sheet only at its edge, at "// &
+                place_text(in_space(corner, plane)))
+    end if
   end subroutine refuse_far
 
   !> What of a polygon lies no farther from the box of the sheet than this is long: all that counts.
@@ -346,16 +355,6 @@ contains
                 place_text(in_space(corners(:, at), plane)))
     end if
   end subroutine take_near
-
-  !> A place across the projection, with 0 along it.
-  pure function in_space(place, plane) result(x)
-    real(wp), intent(in) :: place(2)
-    integer, intent(in) :: plane(2)
-    real(wp) :: x(3)
-
-    x = 0.0_wp
-    x(plane) = place
-  end function in_space
 
   !> Control points now. Those outside an outline, or that follow others at its edge, are laid
   !! beside their neighbours inside as they were at the start, so that curves may leave the sheet.

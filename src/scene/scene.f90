@@ -74,7 +74,7 @@ module scene
     integer :: step = 0                     !! at whose start it is cut, 0: before the run
     integer :: axis = 3                     !! of the projection: 1 x, 2 y, 3 z
     logical :: is_outside = .false.         !! what lies outside of them stays
-    integer :: n_pieces = 1                 !! that may stay apart
+    integer :: n_pieces = 1                 !! of the sheet after the cut
     logical :: is_flat = .false.            !! they lie on the sheet as it was before the run
     !> Corners by the two other coordinates: y z, z x or x y [length].
     type(polygon_t), allocatable :: polygons(:)

@@ -269,6 +269,7 @@ contains
         trim%step = spec%step
         trim%axis = spec%axis
         trim%is_outside = spec%is_outside
+        trim%n_pieces = spec%n_pieces
         trim%is_flat = spec%is_flat
         trim%polygons = spec%polygons
         trim%origin = spec%origin
@@ -277,20 +278,18 @@ contains
           call refuse_fixed_loads(scene, spec%step, spec%origin, errors)
           cycle
         end if
-        hint = unit_hint(trim, model%bodies%blank%parts(1)%element, scene%units)
         call cut_blank(trim, model%bodies%blank, error, trim%loss)
         if (.not. allocated(error)) then
-          if (hint /= "" .and. .not. spec%is_outside) call add_warning(errors, spec%origin, &
-            "curves that leave little of the sheet", "curves in the deck's unit of length: "//hint)
           if (.not. trim%loss%share > 0.0_wp) call add_warning(errors, spec%origin, &
             "curves that cut nothing away", "other curves, KEEP or DIRECTION")
           if (trim%loss%slit%is_there) call add_warning(errors, spec%origin, &
             slit_words(trim%loss%slit), slit_remedy(trim%loss%slit))
           cycle
         end if
+        hint = unit_hint(trim, model%bodies%blank%parts(1)%element, scene%units)
         if (hint /= "") hint = "; "//hint
         call add_error(errors, spec%origin, error%message, "curves that meet the sheet and "// &
-                       "keep a part of it"//hint)
+                       "keep as many pieces of it as PIECES says"//hint)
         return
       end associate
     end do
