@@ -7,7 +7,8 @@ module outline_check
   use scene, only: scene_t
   use knot_vector, only: breaks
   use nurbs_solid, only: evaluate_solid
-  use outline, only: region_t, new_region, inside_distance, cut_to_box, signed_area
+  use outline, only: region_t, new_region, inside_distance, cut_to_box, signed_area, plane_of, &
+                     in_space
   use element, only: element_t
   use blank, only: blank_t
   use blank_trim, only: trim_t, loss_t, cut_blank, slit_words, slit_remedy, is_edge_on, &
@@ -30,11 +31,11 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(error_list_t), intent(inout) :: errors
-    logical :: is_told(size(model%watched)), is_wrong(size(model%trims))
+    logical :: is_reported(size(model%watched)), is_wrong(size(model%trims))
     real(wp) :: reach
     integer :: t, i
 
-    is_told = model%watched%is_told
+    is_reported = model%watched%is_reported
     is_wrong = .false.
     do t = 1, size(model%trims)
       associate (trim => model%trims(t))
@@ -45,48 +46,54 @@ contains
         reach = way_before(scene, trim%step)
         if (reach < unlimited .and. .not. is_wrong(t)) call check_meeting(trim, &
           model%bodies%blank%parts(1)%element, reach, scene%units, is_wrong(t), errors)
-        do i = 1, size(is_told)
-          if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
-          is_told(i) = is_beyond(model%watched(i), trim, model%bodies%blank%parts(1)%element, reach)
-          if (is_told(i)) call warn_of_cut(model%watched(i), trim, errors)
+        do i = 1, size(is_reported)
+          if (is_reported(i) .or. model%watched(i)%last_step < trim%step) cycle
+          is_reported(i) = is_beyond(model%watched(i), trim, &
+                                     model%bodies%blank%parts(1)%element, reach)
+          if (is_reported(i)) call warn_of_cut(model%watched(i), trim, errors)
         end do
       end associate
     end do
-    call check_flat_trims(scene, model, is_told, errors)
+    call check_flat_trims(scene, model, is_reported, errors)
     if (.not. any(is_wrong)) call check_rest(scene, model, errors)
   end subroutine check_trims
 
-  !> Warn of the trim that, with those before it, leaves nothing of the sheet at the start.
+  !> Warn of the trim that, with those before it, leaves nothing of the sheet, wherever tools and
+  !! supports carry it.
   subroutine check_rest(scene, model, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: expected
-    real(wp) :: reach
-    integer :: last
+    real(wp) :: reach(size(model%trims))
+    integer :: t, last
 
     if (.not. any(model%trims%step > 1 .and. .not. model%trims%is_flat)) return
-    call find_last_cut(model%trims, model%bodies%blank%parts(1)%element, last)
+    reach = 0.0_wp
+    do t = 1, size(reach)
+      if (.not. model%trims(t)%is_flat) reach(t) = way_before(scene, model%trims(t)%step)
+    end do
+    call find_last_cut(model%trims, reach, model%bodies%blank%parts(1)%element, last)
     if (last == 0) return
     if (model%trims(last)%is_flat) return
-    expected = "curves that keep a part of the formed sheet"
-    reach = way_before(scene, model%trims(last)%step)
-    if (reach < unlimited) expected = expected//", which tools and supports move by "// &
-                                      rounded_text(reach)//" at most before"
+    expected = "curves that keep a part of the formed sheet, which tools and supports move by "// &
+               rounded_text(reach(last))//" at most before"
     call add_warning(errors, model%trims(last)%origin, "a trim that leaves nothing of the "// &
                      "sheet as it is at the start, with the trims before it", expected)
   end subroutine check_rest
 
-  !> The trim after which all of the sheet at the start is gone; 0 if some of it stays. An element
-  !! is gone where its centre lies farther outside than its corner lies from the centre.
-  subroutine find_last_cut(trims, element, last)
+  !> The trim after which all of the sheet is gone; 0 if some of it may stay. An element is gone
+  !! where its centre at the start lies farther outside than its farthest corner lies from it and
+  !! the sheet is carried, together.
+  subroutine find_last_cut(trims, reach, element, last)
     type(trim_t), intent(in) :: trims(:)
+    real(wp), intent(in) :: reach(:)              !! of the sheet before each [length]
     class(element_t), intent(in) :: element
     integer, intent(out) :: last
     type(region_t) :: regions(size(trims))
     real(wp), allocatable :: lines1(:), lines2(:)
-    real(wp) :: x(3), corner(3)
-    integer :: i, j, t, plane(2)
+    real(wp) :: x(3), corners(3, 0:1, 0:1), radius
+    integer :: i, j, k, l, t, plane(2)
 
     do t = 1, size(trims)
       call new_region(regions(t), trims(t)%polygons, trims(t)%is_outside)
@@ -97,14 +104,19 @@ contains
     do j = 1, size(lines2) - 1
       do i = 1, size(lines1) - 1
         if (element%is_outside([i, j, 1])) cycle
-        call evaluate_solid(element%grid, [lines1(i), lines2(j), 0.5_wp], corner)
+        do l = 0, 1
+          do k = 0, 1
+            call evaluate_solid(element%grid, [lines1(i + k), lines2(j + l), 0.5_wp], &
+                                corners(:, k, l))
+          end do
+        end do
         call evaluate_solid(element%grid, [0.5_wp*(lines1(i) + lines1(i + 1)), &
                                            0.5_wp*(lines2(j) + lines2(j + 1)), 0.5_wp], x)
         do t = 1, size(trims)
           if (trims(t)%step <= 1) cycle
-          plane = [mod(trims(t)%axis, 3) + 1, mod(trims(t)%axis + 1, 3) + 1]
-          if (inside_distance(regions(t:t), x(plane), [1.0_wp, 1.0_wp]) &
-              < -norm2(x(plane) - corner(plane))) exit
+          plane = plane_of(trims(t)%axis)
+          radius = maxval([((norm2(x(plane) - corners(plane, k, l)), k=0, 1), l=0, 1)])
+          if (inside_distance(regions(t:t), x(plane), [1.0_wp, 1.0_wp]) < -radius - reach(t)) exit
         end do
         if (t > size(trims)) then
           last = 0
@@ -130,7 +142,7 @@ contains
     integer :: p, i, plane(2)
 
     is_wrong = .false.
-    plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
+    plane = plane_of(trim%axis)
     low = [(minval(element%motion%x(:, :, :, plane(i))), i=1, 2)]
     high = [(maxval(element%motion%x(:, :, :, plane(i))), i=1, 2)]
     remedy = unit_hint(trim, element, units)
@@ -148,8 +160,7 @@ contains
         is_wrong = .true.
         off = [(norm2(max(low - corners(:, i), corners(:, i) - high, 0.0_wp)), &
                 i=1, size(corners, 2))]
-        x = 0.0_wp
-        x(plane) = corners(:, minloc(off, 1))
+        x = in_space(corners(:, minloc(off, 1)), plane)
       end associate
       call add_warning(errors, trim%origins(p), "a curve that is "//rounded_text(minval(off))// &
                        " off the sheet at "//place_text(x)//"; before its step tools and "// &
@@ -168,10 +179,10 @@ contains
   end function trim_word
 
   !> Cut a copy of the sheet along the curves that lie on it as it is before the run.
-  subroutine check_flat_trims(scene, model, is_told, errors)
+  subroutine check_flat_trims(scene, model, is_reported, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    logical, intent(inout) :: is_told(:)          !! that what is watched is gone
+    logical, intent(inout) :: is_reported(:)      !! that what is watched is gone
     type(error_list_t), intent(inout) :: errors
     type(blank_t) :: blank
     type(error_t), allocatable :: error
@@ -186,17 +197,17 @@ contains
         call cut_blank(trim, blank, error, loss)
         if (allocated(error)) then
           call add_error(errors, origin, error%message, "curves that meet the sheet "// &
-                         "and keep a part of it")
+                         "and keep as many pieces of it as PIECES says")
           return
         end if
         if (.not. loss%share > 0.0_wp) call add_warning(errors, origin, &
           "curves that cut nothing away", "other curves, KEEP or DIRECTION")
         if (loss%slit%is_there) call add_warning(errors, origin, slit_words(loss%slit), &
                                                  slit_remedy(loss%slit))
-        do i = 1, size(is_told)
-          if (is_told(i) .or. model%watched(i)%last_step < trim%step) cycle
-          is_told(i) = is_gone(model%watched(i), blank%parts(1)%element)
-          if (is_told(i)) call warn_of_cut(model%watched(i), trim, errors)
+        do i = 1, size(is_reported)
+          if (is_reported(i) .or. model%watched(i)%last_step < trim%step) cycle
+          is_reported(i) = is_gone(model%watched(i), blank%parts(1)%element)
+          if (is_reported(i)) call warn_of_cut(model%watched(i), trim, errors)
         end do
       end associate
     end do
@@ -267,7 +278,7 @@ contains
     real(wp) :: x(3)
     integer :: i, j, plane(2)
 
-    plane = [mod(trim%axis, 3) + 1, mod(trim%axis + 1, 3) + 1]
+    plane = plane_of(trim%axis)
     call new_region(regions(1), trim%polygons, trim%is_outside)
     lines1 = breaks(element%grid%axes(1))
     lines2 = breaks(element%grid%axes(2))

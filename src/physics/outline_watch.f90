@@ -15,7 +15,7 @@ module outline_watch
     integer :: last_step = huge(1)              !! of the deck, in which they count
     logical, allocatable :: points(:, :)        !! along the sheet, shape (n1, n2), or
     logical, allocatable :: elements(:, :)      !! elements along the sheet
-    logical :: is_told = .false.                !! that they are gone
+    logical :: is_reported = .false.            !! that they are gone
   end type watched_t
 
 contains

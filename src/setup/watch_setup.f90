@@ -123,9 +123,9 @@ contains
     integer :: i
 
     do i = 1, size(watched)
-      if (watched(i)%is_told) cycle
+      if (watched(i)%is_reported) cycle
       if (.not. is_gone(watched(i), blank%parts(1)%element)) cycle
-      watched(i)%is_told = .true.
+      watched(i)%is_reported = .true.
       if (allocated(watched(i)%points)) call add_warning(errors, watched(i)%origin, &
         watched(i)%what//", which lies outside of the outline", &
         "a set of control points inside the outline")

@@ -222,9 +222,9 @@ contains
 
     do i = 1, size(model%watched)
       associate (watched => model%watched(i))
-        if (watched%is_told .or. watched%last_step < model%i_step) cycle
+        if (watched%is_reported .or. watched%last_step < model%i_step) cycle
         if (.not. is_gone(watched, model%bodies%blank%parts(1)%element)) cycle
-        watched%is_told = .true.
+        watched%is_reported = .true.
         call append_text(notes, "warning: "//watched%origin%file//":"// &
                          to_text(watched%origin%line)//": "//watched%origin%keyword//": "// &
                          watched%what//", which lies in what *TRIM cuts away")
