@@ -65,7 +65,6 @@ class Sheet:
         self.width = results.width_ratio * np.ptp(start[..., across])   # of forces and energies
         self.start_thickness = float(np.linalg.norm(start[-1, 0, 0] - start[0, 0, 0]))
         self.x0 = places[..., int(np.argmax(self.section.axes[0]))]
-        self.volume = results.points("reference_volume")
         self.work = results.history("external_work") / self.width
 
     def middle_points(self, window, frame=-1):
@@ -76,14 +75,17 @@ class Sheet:
     def mean_strain(self, frame, window=MIDDLE):
         """Plastic strain averaged over the thickness and a window of reference x."""
         inside = (self.x0 >= window[0]) & (self.x0 <= window[1])
-        eqps = self.results.plastic_strain(frame)
-        return float(np.sum((eqps * self.volume)[inside]) / np.sum(self.volume[inside]))
+        eqps, volume = self.results.plastic_strain(frame)
+        return float(np.sum((eqps * volume)[inside]) / np.sum(volume[inside]))
 
     def strain_line(self, frame):
-        """Plastic strain averaged over thickness and width, along the sheet."""
-        eqps = self.results.plastic_strain(frame)
+        """Plastic strain averaged over thickness and width, along the sheet; NaN where none of the
+        width is left."""
+        eqps, volume = self.results.plastic_strain(frame)
+        total = volume.sum(axis=(0, 1))
         return (self.x0.mean(axis=(0, 1)),
-                np.sum(eqps * self.volume, axis=(0, 1)) / np.sum(self.volume, axis=(0, 1)))
+                np.divide(np.sum(eqps * volume, axis=(0, 1)), total, where=total > 0,
+                          out=np.full(total.shape, np.nan)))
 
     def penetration(self, steps=slice(None)):
         """Largest penetration in the history or a part of it, over the thickness."""

@@ -196,8 +196,12 @@ class Results:
                                 name == "reference_position")
 
     def plastic_strain(self, frame):
-        """Plastic strain at the integration points of a frame, as `points` orders them."""
-        return self._of_patches("frames", lambda group: group["eqps"][frame], False)
+        """Plastic strain at the integration points of a frame, as `points` orders them, and the
+        volumes at the start; both are 0 at points of elements of which nothing is left."""
+        strain = self._of_patches("frames", lambda group: group["eqps"][frame], False)
+        is_there = np.isfinite(strain)
+        return (np.where(is_there, strain, 0.0),
+                np.where(is_there, self.points("reference_volume"), 0.0))
 
     def _of_patches(self, folder, read, is_vector):
         groups = [self.file[folder][patch.name] if patch.name else self.file[folder]
@@ -282,13 +286,14 @@ class Patch:
         return values if weights is None else values[:, :-1] / values[:, -1:]
 
     def elements_left(self, frame):
-        """Which elements (eta, xi) an outline leaves, whole or cut; None: there is none."""
+        """Which elements (eta, xi) an outline leaves, whole or cut; None: there is none. Nodes
+        inside of an element are its own, others are there for a neighbour as well."""
         if "edge_distance" not in self.results.file["VTKHDF/PointData"]:
             return None
         is_there = np.isfinite(self.field("edge_distance", frame)[0, :, :, 0])
         d = self.degree
         return np.all([is_there[i:is_there.shape[0] - d + i:d, j:is_there.shape[1] - d + j:d]
-                       for i in (0, d) for j in (0, d)], axis=0)
+                       for i in range(d + 1) for j in range(d + 1)], axis=0)
 
     def inside(self, frame, xi, eta):
         """How far places (eta, xi) lie inside of an outline: unlike a sampled field as smooth as

@@ -17,7 +17,8 @@ import numpy as np
 IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
-from post import draw_in, earing, fld, force, limit_curve, picture, springback  # noqa: E402
+from post import (compare, draw_in, earing, fld, force, limit_curve, picture,  # noqa: E402
+                  springback)
 from post.deck import Deck  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
 
@@ -125,6 +126,86 @@ class TestStretchedSheet(unittest.TestCase):
     def test_no_tools_no_forces(self):
         with Results(self.path) as results:
             self.assertRaises(ResultsError, force.chosen, results, argparse.Namespace(tool=None))
+
+
+class TestTrimmedSheet(unittest.TestCase):
+    """Half a sheet of which an outline leaves out one side is stretched evenly; a hole is cut."""
+
+    DECK = """*UNITS
+mm, t, s, N, MPa, mJ
+*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*PLASTIC, HARDENING=SWIFT
+565, 0.007, 0.26
+*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, ELEMENT=SHELL
+x, 0, 20, 2, 10
+y, 0, 12, 2, 6
+z, 0, 1, 2, 1
+*BLANK OUTLINE
+START, 0, 0
+LINE, 20, 0
+LINE, 20, 7
+LINE, 0, 7
+*AMPLITUDE, NAME=soft, DEFINITION=SMOOTH STEP
+0, 0, 2e-4, 1
+*BOUNDARY
+X_MIN, XSYMM
+Y_MIN, YSYMM
+*STEP, NAME=stretch
+*DYNAMIC, EXPLICIT
+4e-4
+*BOUNDARY, TYPE=VELOCITY, AMPLITUDE=soft
+X_MAX, 1, 1, 5000
+*OUTPUT, FRAMES=2
+*END STEP
+*STEP, NAME=cut
+*DYNAMIC, EXPLICIT
+1e-6
+*TRIM, NAME=hole, KEEP=OUTSIDE
+START, 9.5, 0.5
+LINE, 14.5, 0.5
+LINE, 14.5, 6.5
+LINE, 9.5, 6.5
+*OUTPUT, FRAMES=1
+*END STEP
+"""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        deck = os.path.join(cls.folder.name, "trimmed.key")
+        with open(deck, "w", encoding="utf-8") as file:
+            file.write(cls.DECK)
+        cls.path = os.path.join(cls.folder.name, "trimmed.h5")
+        subprocess.run([IGAFORM, deck, "--quiet", "--threads", "1", "--out", cls.path], check=True,
+                       capture_output=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_means_are_of_what_is_left(self):
+        with Results(self.path) as results:
+            sheet = compare.Sheet(results)
+            for frame in (1, 2, 3):
+                strain = results.file["frames/eqps"][frame]
+                low, high = np.nanmin(strain), np.nanmax(strain)
+                self.assertLess(high - low, 0.05 * high)
+                self.assertTrue(low <= sheet.mean_strain(frame, (0, 20)) <= high)
+                line = sheet.strain_line(frame)[1]
+                self.assertTrue(np.all((low <= line) & (line <= high)))
+            _, volume = results.plastic_strain(sheet.last)
+            self.assertGreater(results.points("reference_volume").sum(), 1.05 * volume.sum())
+
+    def test_elements_in_a_small_hole_are_gone(self):
+        """All corners of the hole's two elements belong to others as well."""
+        with Results(self.path) as results:
+            left = results.patches[0].elements_left(3)
+            self.assertEqual(np.argwhere(~left[:4]).tolist(), [[1, 5], [2, 5]])
+            self.assertFalse(left[4:].any())
 
 
 class TestHole(unittest.TestCase):
