@@ -11,6 +11,7 @@ for any number of threads and when it is taken up again; solids come to the shap
 """
 import os
 
+import h5py
 import numpy as np
 from static_runs import same_bits
 from suite import Case
@@ -111,7 +112,7 @@ def pieces(case):
     case.between("components held, 6 for each piece", log.count("static     12 components"), 1, 1)
     for words in ("*BOUNDARY: the set X_MIN", "*PRESSURE: the set end",
                   "*HISTORY POINT: the history point edge"):
-        case.between(f"told: {words}",
+        case.between(f"reported: {words}",
                      log.count(f"{words}, which lies in what *TRIM cuts away"), 1, 1)
 
 
@@ -158,8 +159,31 @@ def chain(case, element):
     x, y, z = blank[4][is_middle & (np.hypot(blank[2][:, 0] - 1, blank[2][:, 1] - 0.7) < 14)].T
     terms = np.stack([np.ones_like(x), x, y, x**2 / 2, x * y, y**2 / 2], axis=1)
     is_left = is_middle & (run.fields["edge_distance"][:run.n_blank] > 0)
+    gone_points(case, element, run)
     return (np.linalg.lstsq(terms, z, rcond=None)[0][3],
             run.fields["thinning"][:run.n_blank][is_left].mean())
+
+
+def gone_points(case, element, run):
+    """What the chain writes at integration points is NaN exactly in the elements of which the cuts
+    up to a frame leave nothing: the node in the middle of these is NaN, too."""
+    n_wrong = 0
+    with h5py.File(os.path.join(case.out, "outline_trim_chain.h5")) as file:
+        strain = file["frames/eqps"][...]
+        edge = file["VTKHDF/PointData/edge_distance"][...].reshape(len(strain), run.n_points)
+        of_frames = [[values] for values in strain]
+        of_frames[-1] += [file["points"][name][...] for name in
+                          ("eqps", "stress", "statev", "principal_strain")]
+        for distance, fields in zip(edge, of_frames):
+            is_gone = np.isnan(distance[:run.n_blank].reshape(-1, 21, 31)[0, 1::2, 1::2])
+            for values in fields:
+                values = values.reshape(6, 10, 2, 15, 2, -1)
+                n_wrong += np.count_nonzero(np.isnan(values) != is_gone[:, None, :, None, None])
+        volume = file["points/reference_volume"][...].reshape(6, 10, 2, 15, 2)
+    case.deviation(f"values of the chain that are NaN and not gone, or the other way round, "
+                   f"{element}", n_wrong, 0)
+    case.between(f"elements of the chain that are gone and had a volume, {element}",
+                 np.count_nonzero(is_gone & (volume[0, :, 0, :, 0] > 0)), 90, 100)
 
 
 def main():
