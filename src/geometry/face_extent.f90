@@ -45,6 +45,7 @@ contains
       associate (piece => trim%pieces(i))
         do g = 1, rule%n
           call evaluate_curve(piece%curve, 0.5_wp*(1.0_wp + rule%points(g)), at, d1, d2)
+          if (.not. abs(d1(2)) > 0.0_wp) cycle   ! along u
           area = area + 0.5_wp*rule%weights(g)*d1(2) &
                  *strip_to(surface, knot_lines, rule, piece%span, at)
         end do
