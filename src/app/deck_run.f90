@@ -81,7 +81,7 @@ contains
     ! The number of threads must not change under way: OpenMP may otherwise adapt it.
     call omp_set_dynamic(.false.)
     if (command%n_threads > 0) call omp_set_num_threads(command%n_threads)
-    call read_deck(command%deck, command%overrides, scene, errors)
+    call read_deck(command%deck, command%overrides, scene, errors, is_check=command%is_check)
     if (n_errors(errors) == 0) call load_user_files(command, scene, library, errors)
     if (n_errors(errors) == 0) call build_model(scene, model, errors, library)
     allocate (lines(0))

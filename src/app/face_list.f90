@@ -4,7 +4,7 @@ module face_list
   use input_errors, only: error_list_t, new_origin, n_errors
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
-  use iges_selection, only: iges_request_t
+  use iges_selection, only: iges_request_t, new_request
   use cad_source, only: read_cad_file
   use error_report, only: report_errors
   use command_line, only: command_t
@@ -18,7 +18,7 @@ module face_list
 contains
 
   !> Print what `igaform --check` prints of a tool of the whole file, in millimetres, whatever deck
-  !! it is for; returns the exit code.
+  !! it is for, and which surfaces cannot be read; returns the exit code.
   integer function list_faces(command) result(code)
     type(command_t), intent(in) :: command
     type(iges_request_t) :: request
@@ -26,11 +26,8 @@ contains
     type(string_t), allocatable :: lines(:)
     type(error_list_t) :: errors
 
-    request%path = command%deck
-    request%origin = new_origin(command%deck, 0, "IGES")
-    request%unit = "MM"
-    allocate (request%numbers(0), request%labels(0))
-    allocate (request%numbers_left_out(0), request%labels_left_out(0))
+    request = new_request(command%deck, new_origin(command%deck, 0, "IGES"))
+    request%is_listing = .true.
     call read_cad_file(request, surfaces, lines, errors)
     call report_errors(errors, error_unit)
     call print_lines(lines)

@@ -11,8 +11,8 @@ module iges_directory
   implicit none
   private
 
-  public :: entry_t, read_directory, entry_name, type_name, iges_lines_t, read_iges_lines, &
-            line_number, reject_line
+  public :: entry_t, read_directory, entry_name, entry_title, type_name, iges_lines_t, &
+            read_iges_lines, line_number, reject_line
 
   integer, parameter, public :: section_global = 2, section_directory = 3, section_parameters = 4
   integer, parameter :: section_start = 1, section_end = 5
@@ -82,6 +82,16 @@ contains
     if (type_name(entries(i)%type) /= "") name = name//" ("//type_name(entries(i)%type)//")"
     name = name//" at D"//to_text(2*i - 1)
   end function entry_name
+
+  !> How a list begins that has one line for each entity, such as `D7 trimmed surface F3`.
+  pure function entry_title(entries, i) result(title)
+    type(entry_t), intent(in) :: entries(:)
+    integer, intent(in) :: i   !! position in the list
+    character(:), allocatable :: title
+
+    title = "D"//to_text(2*i - 1)//" "//type_name(entries(i)%type)
+    if (entries(i)%label /= "") title = title//" "//entries(i)%label
+  end function entry_title
 
   !> What a type is called; empty for those that a tool has nothing to do with.
   pure function type_name(type) result(name)

@@ -18,7 +18,8 @@ module iges_naming
     character(:), allocatable :: surfaces    !! which surfaces there may be
     type(origin_t) :: origin                 !! where the deck names them
     logical, allocatable :: is_surface(:)    !! of each entity: whether it may be named
-    logical, allocatable :: is_free(:)       !! and taken if the deck names none: those of ranges
+    logical, allocatable :: is_in_ranges(:)  !! and whether a range may hold it
+    character(:), allocatable :: does        !! what a range does with surfaces: `holds`
   end type naming_t
 
   !> Numbers behind the same letters.
@@ -29,8 +30,8 @@ module iges_naming
 
 contains
 
-  !> Mark a surface by its directory number, with or without D before it, or the free ones of a
-  !! range. What the file does not have is an error of the model.
+  !> Mark a surface by its directory number, with or without D before it, or those of a range. What
+  !! the file does not have is an error of the model.
   subroutine find_number(model, naming, word, is_named)
     type(iges_model_t), intent(inout) :: model
     type(naming_t), intent(in) :: naming
@@ -43,7 +44,7 @@ contains
     call read_range(word, range, is_range)
     if (is_range) is_range = range%letters == "" .or. range%letters == "D"
     if (is_range) then
-      call take_range(model, naming, word, range, naming%is_free .and. &
+      call take_range(model, naming, word, range, naming%is_in_ranges .and. &
                       [(2*i - 1 >= range%first .and. 2*i - 1 <= range%last, &
                         i=1, size(is_named))], is_named)
       return
@@ -65,7 +66,7 @@ contains
     end if
   end subroutine find_number
 
-  !> Mark surfaces by their label, or the free ones of a range of labels. A label that a trimmed
+  !> Mark surfaces by their label, or those of a range of labels. A label that a trimmed
   !! surface shares with the one it trims, as `post cad` writes it, names the former alone. What the
   !! file does not have is an error of the model.
   subroutine find_label(model, naming, word, is_named)
@@ -88,7 +89,7 @@ contains
     if (.not. any(is_found)) call read_range(word, range, is_range)
     if (is_range) then
       do i = 1, size(labels)
-        if (naming%is_free(i)) is_found(i) = is_within(labels(i)%value, range)
+        if (naming%is_in_ranges(i)) is_found(i) = is_within(labels(i)%value, range)
       end do
       call take_range(model, naming, word, range, is_found, is_named)
       return
@@ -119,8 +120,8 @@ contains
                      ", which runs backwards", "the smaller number first")
     else if (.not. any(is_found)) then
       call add_error(model%file%errors, naming%origin, "the range "//word// &
-                     ", which holds no surface of `"//naming%path//"`", "numbers or labels "// &
-                     "of surfaces, which `igaform faces` lists")
+                     ", which "//naming%does//" no surface of `"//naming%path//"`", &
+                     "numbers or labels of surfaces, which `igaform faces` lists")
     end if
     is_named = is_named .or. is_found
   end subroutine take_range

@@ -1,16 +1,17 @@
 !> Which entities of an IGES file become surfaces of a tool, and why the others do not.
 module iges_selection
   use kinds, only: wp
-  use input_errors, only: origin_t, add_warning
-  use text, only: string_t, to_text, counted
-  use iges_directory, only: entry_t, type_name
+  use input_errors, only: origin_t, add_error, add_warning, n_errors
+  use text, only: string_t, to_text, append_text, counted
+  use iges_directory, only: entry_t, entry_name, entry_title, type_name
   use iges_global, only: unit_in_mm
   use iges_model, only: iges_model_t, entry_origin, reject_entity
   use iges_naming, only: naming_t, find_number, find_label
   implicit none
   private
 
-  public :: iges_request_t, select_entries, skipped_lines, length_factor
+  public :: iges_request_t, new_request, select_entries, bounded_lines, skipped_lines, &
+            length_factor
 
   !> What a deck asks for.
   type :: iges_request_t
@@ -20,6 +21,8 @@ module iges_selection
     type(string_t), allocatable :: numbers(:)      !! directory numbers of surfaces, or ranges
     type(string_t), allocatable :: labels(:)       !! and labels; neither: all that may be
     type(string_t), allocatable :: numbers_left_out(:), labels_left_out(:)   !! of these
+    logical :: with_extents = .false.              !! the report has area and box of each surface
+    logical :: is_listing = .false.                !! and says which cannot be read, without error
   end type iges_request_t
 
   integer, parameter :: is_taken = 0, is_no_surface = 1, is_part = 2, is_blanked = 3, &
@@ -36,15 +39,29 @@ module iges_selection
 
 contains
 
+  !> All surfaces of a file, in millimetres, with area and box.
+  function new_request(path, origin) result(request)
+    character(*), intent(in) :: path
+    type(origin_t), intent(in) :: origin           !! where the file is named
+    type(iges_request_t) :: request
+
+    request%path = path
+    request%origin = origin
+    request%unit = "MM"
+    allocate (request%numbers(0), request%labels(0))
+    allocate (request%numbers_left_out(0), request%labels_left_out(0))
+    request%with_extents = .true.
+  end function new_request
+
   !> The reason why each entity is left out, 0 for those that are taken. What the deck asks for and
-  !! cannot have is an error, as is a surface bounded in space; other surfaces are warned of.
+  !! cannot have is an error, as is a surface bounded in space but in a list; other surfaces are
+  !! warned of.
   subroutine select_entries(model, request, reason)
     type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request
     integer, allocatable, intent(out) :: reason(:)   !! shape (number of entities)
     type(naming_t) :: naming
-    logical, allocatable :: is_left_out(:)
-    integer :: i
+    integer :: i, n_before
 
     allocate (reason(size(model%entries)))
     do i = 1, size(reason)
@@ -55,16 +72,28 @@ contains
     naming%origin = request%origin
     naming%is_surface = [(any(model%entries(i)%type == [surfaces_read, bounded]), &
                           i=1, size(reason))]
-    naming%is_free = reason == is_taken .or. reason == is_bounded
+    naming%is_in_ranges = is_chosen(reason)
+    naming%does = "holds"
+    n_before = n_errors(model%file%errors)
     if (size(request%numbers) > 0 .or. size(request%labels) > 0) then
       call choose(model, naming, request, reason)
     else
       call warn_of_unread(model, reason)
     end if
-    is_left_out = named(model, naming, request%numbers_left_out, request%labels_left_out)
-    where (is_left_out .and. (reason == is_taken .or. reason == is_bounded)) reason = is_not_chosen
-    call refuse_bounded(model, reason)
+    ! With an error the choice is not whole: then any surface may be left out.
+    naming%is_in_ranges = is_chosen(reason) .or. &
+                          (naming%is_in_ranges .and. n_errors(model%file%errors) > n_before)
+    naming%does = "leaves out"
+    call leave_out(model, naming, request, reason)
+    if (.not. request%is_listing) call refuse_bounded(model, reason)
   end subroutine select_entries
+
+  !> Is an entity to become part of the tool, whether or not it can be read?
+  elemental logical function is_chosen(reason)
+    integer, intent(in) :: reason
+
+    is_chosen = reason == is_taken .or. reason == is_bounded
+  end function is_chosen
 
   !> Length in the deck over length in the file.
   pure real(wp) function length_factor(model, request)
@@ -138,7 +167,7 @@ contains
     logical :: is_named(size(reason))
     integer :: i
 
-    is_named = named(model, naming, request%numbers, request%labels)
+    is_named = any(named(model, naming, request%numbers, request%labels), 2)
     do i = 1, size(reason)
       if (is_named(i)) then
         reason(i) = merge(is_bounded, is_taken, any(model%entries(i)%type == bounded))
@@ -148,22 +177,56 @@ contains
     end do
   end subroutine choose
 
-  !> Which entities numbers and labels name.
+  !> Leave out what the deck excludes. A number or a label that leaves out nothing is an error.
+  subroutine leave_out(model, naming, request, reason)
+    type(iges_model_t), intent(inout) :: model
+    type(naming_t), intent(in) :: naming
+    type(iges_request_t), intent(in) :: request
+    integer, intent(inout) :: reason(:)
+    logical, allocatable :: is_named(:, :)
+    integer :: word, i
+
+    is_named = named(model, naming, request%numbers_left_out, request%labels_left_out)
+    do word = 1, size(is_named, 2)
+      i = findloc(is_named(:, word), .true., 1)
+      if (i == 0 .or. any(is_named(:, word) .and. naming%is_in_ranges)) cycle
+      call add_error(model%file%errors, naming%origin, entry_name(model%entries, i)// &
+                     " to be left out, which is not taken: "//trim(reasons(reason(i))), &
+                     "surfaces that are taken, which `igaform faces` lists")
+    end do
+    where (any(is_named, 2) .and. is_chosen(reason)) reason = is_not_chosen
+  end subroutine leave_out
+
+  !> Which entities each of the numbers and labels names, shape (number of entities, names).
   function named(model, naming, numbers, labels) result(is_named)
     type(iges_model_t), intent(inout) :: model
     type(naming_t), intent(in) :: naming
     type(string_t), intent(in) :: numbers(:), labels(:)
-    logical :: is_named(size(model%entries))
+    logical :: is_named(size(model%entries), size(numbers) + size(labels))
     integer :: i
 
     is_named = .false.
     do i = 1, size(numbers)
-      call find_number(model, naming, numbers(i)%value, is_named)
+      call find_number(model, naming, numbers(i)%value, is_named(:, i))
     end do
     do i = 1, size(labels)
-      call find_label(model, naming, labels(i)%value, is_named)
+      call find_label(model, naming, labels(i)%value, is_named(:, size(numbers) + i))
     end do
   end function named
+
+  !> A line for each surface that is chosen and bounded in space.
+  function bounded_lines(model, reason) result(lines)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: reason(:)
+    type(string_t), allocatable :: lines(:)
+    integer :: i
+
+    allocate (lines(0))
+    do i = 1, size(reason)
+      if (reason(i) == is_bounded) call append_text(lines, entry_title(model%entries, i)// &
+                                            ", not read: "//trim(reasons(is_bounded)))
+    end do
+  end function bounded_lines
 
   subroutine refuse_bounded(model, reason)
     type(iges_model_t), intent(inout) :: model

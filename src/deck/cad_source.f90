@@ -51,8 +51,8 @@ contains
     is_mesh = any(ending_of(path) == [character(3) :: "stl", "obj", "ply", "off", "3mf"])
   end function is_mesh
 
-  !> Surfaces of an IGES file and lines about them; without both on an error, such as a file of
-  !! another kind.
+  !> Surfaces of an IGES file and lines about them, see `read_iges`; without surfaces on an error,
+  !! such as a file of another kind.
   subroutine read_cad_file(request, surfaces, report, errors)
     type(iges_request_t), intent(in) :: request
     type(nurbs_surface_t), allocatable, intent(out) :: surfaces(:)   !! in the unit of the request

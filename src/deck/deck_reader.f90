@@ -24,14 +24,16 @@ contains
 
   !> Read a deck with all it includes. All errors and warnings come back in one list, in the order
   !! of files and lines; the scene is of use only if `n_errors(errors)` is 0.
-  subroutine read_deck(path, overrides, scene, errors, keywords)
+  subroutine read_deck(path, overrides, scene, errors, keywords, is_check)
     character(*), intent(in) :: path              !! of the deck
     type(string_t), intent(in) :: overrides(:)    !! `name=value` for parameters of the deck
     type(scene_t), intent(out) :: scene
     type(error_list_t), intent(out) :: errors
     type(keyword_table_t), intent(in), optional :: keywords   !! instead of those of the program
+    logical, intent(in), optional :: is_check     !! for a report without a run, which tells more
     type(keyword_table_t) :: table
     type(parsed_deck_t) :: deck
+    type(deck_context_t) :: context
     logical :: is_deck
 
     call list_keywords(table, keywords)
@@ -39,7 +41,8 @@ contains
     if (.not. is_deck) return
     call check_presence(deck, errors)
     call check_steps(deck, errors)
-    call read_scene(deck, table, scene, errors)
+    if (present(is_check)) context%is_check = is_check
+    call read_scene(deck, table, context, scene, errors)
     if (n_errors(errors) == 0) then
       call check_scene(scene, errors)
       call check_shell(scene, errors)
@@ -125,12 +128,12 @@ contains
 
   !> All names first, then the keywords in the order of the table: each reader finds in the scene
   !! what the entries before it describe.
-  subroutine read_scene(deck, table, scene, errors)
+  subroutine read_scene(deck, table, context, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(keyword_table_t), intent(in) :: table
+    type(deck_context_t), intent(inout) :: context
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
-    type(deck_context_t) :: context
     integer :: i
 
     do i = 1, size(table%items)

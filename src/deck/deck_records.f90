@@ -89,6 +89,7 @@ module deck_records
     type(deck_names_t) :: names
     type(box_frame_t) :: frame                      !! from *BLANK on
     type(patch_parts_t), allocatable :: parts(:)    !! by place in `names%patches`, from *BLANK on
+    logical :: is_check = .false.                   !! the scene is for a report without a run
   end type deck_context_t
 
 contains

@@ -133,7 +133,8 @@ contains
     n_before = size(scene%tools(tool)%surfaces)
     select case (type)
     case ("IGES")
-      call read_cad_tool(record, scene%units, scene%tools(tool), file%value, errors)
+      call read_cad_tool(record, scene%units, context%is_check, scene%tools(tool), file%value, &
+                         errors)
       if (file%value /= "") call add_source(record, scene, file)
       call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=IGES", errors)
     case ("OFFSET")
@@ -243,9 +244,10 @@ contains
   end subroutine read_listed
 
   !> Read the surfaces of a tool and what the log says of them; without surfaces on an error.
-  subroutine read_cad_tool(record, units, tool, path, errors)
+  subroutine read_cad_tool(record, units, is_check, tool, path, errors)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: units                     !! what *UNITS says, empty: nothing
+    logical, intent(in) :: is_check
     type(tool_spec_t), intent(inout) :: tool
     character(:), allocatable, intent(out) :: path        !! of the file, empty if none is named
     type(error_list_t), intent(inout) :: errors
@@ -264,6 +266,7 @@ contains
     request%labels = entries_of(option_text(record, "LABEL"))
     request%numbers_left_out = entries_of(option_text(record, "EXCLUDE ENTITY"))
     request%labels_left_out = entries_of(option_text(record, "EXCLUDE LABEL"))
+    request%with_extents = is_check
     call read_cad_file(request, tool%surfaces, tool%notes, errors)
     if (size(tool%notes) == 0) return
     path = request%path

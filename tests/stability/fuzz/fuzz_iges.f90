@@ -1,9 +1,9 @@
-!> Reads IGES files as a deck would, path by path from the standard input, for fuzz.py.
+!> Reads IGES files as lists and decks do, path by path from the standard input, for fuzz.py.
 program fuzz_iges
   use input_errors, only: error_list_t, new_origin, n_errors
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
-  use iges_selection, only: iges_request_t
+  use iges_selection, only: iges_request_t, new_request
   use iges_reader, only: read_iges
   use fuzz_talk, only: next_path, answer_with
   implicit none
@@ -26,11 +26,11 @@ contains
     type(error_list_t) :: errors
     character(:), allocatable :: answer
 
-    request%path = path
-    request%origin = new_origin("fuzz.key", 1, "*TOOL")
-    request%unit = "MM"
-    allocate (request%numbers(0), request%labels(0))
-    allocate (request%numbers_left_out(0), request%labels_left_out(0))
+    request = new_request(path, new_origin("fuzz.key", 1, "*TOOL"))
+    request%is_listing = .true.
+    call read_iges(request, surfaces, report, errors)
+    request%is_listing = .false.
+    errors = error_list_t()
     call read_iges(request, surfaces, report, errors)
     answer = merge("read   ", "refused", n_errors(errors) == 0)
     if (errors%n_items > 0) answer = answer//", "//errors%items(1)%expected

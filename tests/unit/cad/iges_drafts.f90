@@ -3,7 +3,7 @@ module iges_drafts
   use input_errors, only: error_list_t, new_origin
   use text, only: string_t, to_text
   use nurbs_surface, only: nurbs_surface_t
-  use iges_selection, only: iges_request_t
+  use iges_selection, only: iges_request_t, request_of => new_request
   use iges_reader, only: read_iges
   use text_files, only: write_file
   implicit none
@@ -99,15 +99,11 @@ contains
     text = text//line//feed_of_line
   end function file_text
 
-  !> All surfaces of test.igs for a deck in millimetres.
+  !> All surfaces of test.igs, with their boxes, for a deck in millimetres.
   function new_request() result(request)
     type(iges_request_t) :: request
 
-    request%path = "test.igs"
-    request%origin = new_origin("test.key", 7, "*TOOL")
-    request%unit = "MM"
-    allocate (request%numbers(0), request%labels(0))
-    allocate (request%numbers_left_out(0), request%labels_left_out(0))
+    request = request_of("test.igs", new_origin("test.key", 7, "*TOOL"))
   end function new_request
 
   !> Read a file of this text.

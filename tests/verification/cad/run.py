@@ -162,6 +162,8 @@ def four_quarters(igaform, folder, _):
         assert words in told, told
     for deck in (one, four):
         call(igaform, deck, "--out", deck.with_suffix(".h5"), "--quiet")
+    log = (folder / "four.log").read_text()   # areas and boxes cost time that no run needs
+    assert "D1 rational B-spline surface, degrees 2 x 1" in log and ", area" not in log, log
     first, second = (numbers(folder / name, "nurbs/blank", "tools", "points")
                      for name in ("one.h5", "four.h5"))
     for name in ("nurbs/blank/points", "tools/drum/force", "points/eqps"):
@@ -250,6 +252,16 @@ def refusals(igaform, folder, _):
     # a quarter of a cylinder of radius 9
     assert re.search(r"D63 .* F3, area 1221, box \(-150, -66.36, -9.92\) to ", told), told
     assert told.count(" trimmed surface F") == 27, told
+    # one of them as a bounded surface: a tool is refused, the list says which
+    odd = folder / "odd.igs"
+    odd.write_text("".join(line.replace("144", "143", 1) if re.search("D     6[34]$|     63P", line)
+                           else line for line in (files / "s_rail_die_tool.igs").open()))
+    told = call(igaform, "faces", odd)
+    assert "\nD63 bounded surface F3, not read: bounded in space\n" in told, told
+    assert told.count(" trimmed surface F") == 26, told
+    deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=odd.igs"))
+    assert "at D63: found a surface or curve bounded in space" in call(igaform, deck, expect=1)
+    odd.unlink()
     for file in (files / "s_rail_die.step", folder / "missing.igs"):
         assert f"error: IGES: found {'no file ' * (file.suffix == '.igs')}`{file}`" in call(
             igaform, "faces", file, expect=1)
