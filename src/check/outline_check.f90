@@ -7,7 +7,7 @@ module outline_check
   use scene, only: scene_t
   use knot_vector, only: breaks
   use nurbs_solid, only: evaluate_solid
-  use outline, only: region_t, new_region, inside_distance, cut_to_box, signed_area, plane_of, &
+  use outline, only: region_t, new_region, inside_distance, cut_to_box, covers_box, plane_of, &
                      in_space
   use element, only: element_t
   use blank, only: blank_t
@@ -135,7 +135,6 @@ contains
     character(*), intent(in) :: units             !! what *UNITS says
     logical, intent(out) :: is_wrong              !! there is a warning
     type(error_list_t), intent(inout) :: errors
-    real(wp), parameter :: all_of_it = 1.0_wp - 1.0e-9_wp
     real(wp), allocatable :: met(:, :), off(:)
     character(:), allocatable :: remedy
     real(wp) :: low(2), high(2), x(3)
@@ -149,13 +148,12 @@ contains
     if (remedy == "") remedy = "check units and DIRECTION"
     do p = 1, size(trim%polygons)
       associate (corners => trim%polygons(p)%corners)
-        call cut_to_box(corners, low - reach, high + reach, met)
-        if (abs(signed_area(met)) >= all_of_it*product(high - low + 2.0_wp*reach) &
-            .and. size(trim%polygons) == 1) then
+        if (covers_box(corners, low - reach, high + reach) .and. size(trim%polygons) == 1) then
           is_wrong = .true.
           call add_warning(errors, trim%origins(p), "a curve around all of the sheet, which "// &
                            trim_word(trim%is_outside), "another curve or another KEEP; "//remedy)
         end if
+        call cut_to_box(corners, low - reach, high + reach, met)
         if (size(met, 2) > 0) cycle
         is_wrong = .true.
         off = [(norm2(max(low - corners(:, i), corners(:, i) - high, 0.0_wp)), &

@@ -1,7 +1,7 @@
 !> Closed curves of *BLANK OUTLINE and *TRIM as polygons: corners of lines, arcs and splines.
 module outline_curves
   use kinds, only: wp
-  use failure, only: error_t
+  use failure, only: error_t, fail
   use input_errors, only: origin_t, error_list_t, add_error
   use text, only: to_text, rounded_text, place_text
   use outline, only: polygon_t, region_t, add_polygon, new_region, signed_area, plane_of, in_space
@@ -188,17 +188,26 @@ contains
   end subroutine add_corner
 
   !> An arc from the last corner through a point to its end; a straight line if they are in one.
-  subroutine arc_through(middle, last, curve)
+  subroutine arc_through(middle, last, curve, error)
     real(wp), intent(in) :: middle(2), last(2)
     type(corners_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(out) :: error
     real(wp) :: a(2), b(2), first(2), centre(2), cross, angles(3), turn
 
     first = curve%at(:, curve%n)
     a = middle - first
     b = last - first
+    if (norm2(b) <= one*norm2(a)) then
+      call fail(error, "an arc that ends where it starts")
+    else if (min(norm2(a), norm2(b - a)) <= one*norm2(b)) then
+      call fail(error, "an arc whose point on it is one of its ends")
+    end if
+    if (allocated(error)) return
     cross = a(1)*b(2) - a(2)*b(1)
-    if (abs(cross) <= 1.0e-12_wp*sum(b**2)) then
+    if (abs(cross) <= 1.0e-12_wp*norm2(a)*norm2(b)) then
       call add_corner(last, curve)
+      if (dot_product(a, b - a) < 0.0_wp) call fail(error, "an arc whose point on it lies on "// &
+        "the line through its ends, but not between them")
       return
     end if
     centre = first + [b(2)*sum(a**2) - a(2)*sum(b**2), a(1)*sum(b**2) - b(1)*sum(a**2)] &

@@ -3,6 +3,7 @@ module outline_keywords
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error, n_errors
+  use text, only: counted, to_text
   use scene, only: scene_t, outline_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
                           field_real, field_word, is_filled, is_option_given, deck_context_t, &
@@ -67,96 +68,123 @@ contains
       "an outline in a deck with *REDUCE", "no *REDUCE: a sheet with an outline is not uniform")
   end subroutine read_outlines
 
-  !> The curves of the data lines of one keyword.
+  !> The curves of the data lines of one keyword. A faulty piece takes its curve alone with it.
   subroutine read_curves(deck, record, outline, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(outline_spec_t), intent(inout) :: outline
     type(error_list_t), intent(inout) :: errors
     type(corners_t) :: curve
-    character(:), allocatable :: shape
+    character(:), allocatable :: piece, found
     integer :: line
-    logical :: is_read
+    logical :: is_faulty
 
+    is_faulty = .false.
     do line = 1, record%n_lines
-      shape = field_word(record, line, 1)
-      if (shape == "CIRCLE" .or. shape == "START") &
-        call end_curve(line_origin(deck, record, line), curve, outline, errors)
-      if (shape == "CIRCLE") then
-        call read_circle(deck, record, line, outline, errors)
-      else if (shape == "START") then
-        call add_corner(place_of(record, line), curve)
-      else if (curve%n == 0) then
-        call add_error(errors, line_origin(deck, record, line), shape//" without a START", &
+      piece = field_word(record, line, 1)
+      if (piece == "START" .or. piece == "CIRCLE") is_faulty = .false.
+      if (curve%n == 0 .and. .not. is_faulty .and. piece /= "START" .and. piece /= "CIRCLE") then
+        call add_error(errors, line_origin(deck, record, line), piece//" without a START", &
                        "START, x, y before it")
-        return
-      else
-        call read_piece(deck, record, line, curve, is_read, errors)
-        if (.not. is_read) return
+        is_faulty = .true.
       end if
+      found = misfit_of(record, line)
+      if (found == "" .and. .not. is_faulty) call read_piece(record, line, curve, found)
+      if (found /= "") then
+        call add_error(errors, line_origin(deck, record, line), found, form_of(piece))
+        is_faulty = .true.
+      end if
+      if (is_faulty) curve%n = 0
+      if (is_last(record, line)) &
+        call end_curve(line_origin(deck, record, line), curve, outline, errors)
     end do
-    if (record%n_lines > 0) call end_curve(line_origin(deck, record, record%n_lines), curve, &
-                                           outline, errors)
   end subroutine read_curves
 
-  subroutine read_circle(deck, record, line, outline, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  !> What is wrong with the numbers of a piece, empty if nothing is.
+  function misfit_of(record, line) result(found)
     type(record_t), intent(in) :: record
     integer, intent(in) :: line
-    type(outline_spec_t), intent(inout) :: outline
-    type(error_list_t), intent(inout) :: errors
-    type(corners_t) :: curve
+    character(:), allocatable :: found
+    character(:), allocatable :: piece
+    integer :: n, expected
 
-    if (number_of(record, line, 4) > 0.0_wp) then
-      call add_arc(place_of(record, line), number_of(record, line, 4), 0.0_wp, 2.0_wp*pi, curve)
-      call end_curve(line_origin(deck, record, line), curve, outline, errors)
-    else
-      call add_error(errors, line_origin(deck, record, line), "a circle without a radius", &
-                     "CIRCLE, x, y of the centre, radius > 0")
+    piece = field_word(record, line, 1)
+    expected = 2
+    if (piece == "CIRCLE") expected = 3
+    if (piece == "ARC") expected = 4
+    n = 2 + count([is_filled(record, line, 4), is_filled(record, line, 5)])
+    found = ""
+    if (n /= expected) then
+      found = piece//" with "//counted(n, "number")
+    else if (n == 3 .and. .not. is_filled(record, line, 4)) then
+      found = piece//" with an empty field before its last number"
     end if
-  end subroutine read_circle
+  end function misfit_of
 
-  !> A piece that goes on from the last corner. Lines of a spline are read with the last of them.
-  subroutine read_piece(deck, record, line, curve, is_read, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  !> How a piece is written.
+  pure function form_of(piece) result(form)
+    character(*), intent(in) :: piece
+    character(:), allocatable :: form
+
+    select case (piece)
+    case ("START")
+      form = "START, x, y"
+    case ("LINE")
+      form = "LINE, x, y of its end; ARC takes four numbers"
+    case ("ARC")
+      form = "ARC, x, y of a point on it between its ends, x, y of its end; a full circle is CIRCLE"
+    case ("SPLINE")
+      form = "SPLINE, x, y of one point a line, each different from the one before; a closed "// &
+             "spline has at least three"
+    case default
+      form = "CIRCLE, x, y of the centre, radius > 0"
+    end select
+  end function form_of
+
+  !> Read a piece, which goes on from the last corner. Lines of a spline are read with the last of
+  !! them.
+  subroutine read_piece(record, line, curve, found)
     type(record_t), intent(in) :: record
     integer, intent(in) :: line
     type(corners_t), intent(inout) :: curve
-    logical, intent(out) :: is_read
-    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable, intent(out) :: found     !! what is wrong with it, empty if nothing
     type(error_t), allocatable :: error
     integer :: first, i
 
-    is_read = .true.
+    found = ""
     select case (field_word(record, line, 1))
-    case ("LINE")
-      call add_corner(place_of(record, line), curve)
+    case ("START", "LINE")
+      call add_corner(place_of(record, line, 2), curve)
+    case ("ARC")
+      call arc_through(place_of(record, line, 2), place_of(record, line, 4), curve, error)
     case ("SPLINE")
       if (word_of(record, line + 1) == "SPLINE") return
       first = line
       do while (word_of(record, first - 1) == "SPLINE")
         first = first - 1
       end do
-      call add_spline(reshape([(place_of(record, i), i=first, line)], [2, line - first + 1]), &
-                      curve%n == 1 .and. any(word_of(record, line + 1) == &
-                                             [character(6) :: "", "START", "CIRCLE"]), &
-                      curve, error)
-      if (.not. allocated(error)) return
-      is_read = .false.
-      call add_error(errors, line_origin(deck, record, line), error%message, "SPLINE, x, y of "// &
-                     "one point a line, each different from the one before; a closed spline "// &
-                     "has at least three")
+      call add_spline(reshape([(place_of(record, i, 2), i=first, line)], [2, line - first + 1]), &
+                      curve%n == 1 .and. is_last(record, line), curve, error)
     case default
-      is_read = is_filled(record, line, 4) .and. is_filled(record, line, 5)
-      if (is_read) then
-        call arc_through(place_of(record, line), [number_of(record, line, 4), &
-                                                  number_of(record, line, 5)], curve)
-      else
-        call add_error(errors, line_origin(deck, record, line), "an arc without its end", &
-                       "ARC, x, y of a point on it, x, y of its end")
-      end if
+      associate (radius => field_real(record, line, 4))
+        if (radius > 0.0_wp) then
+          call add_arc(place_of(record, line, 2), radius, 0.0_wp, 2.0_wp*pi, curve)
+        else
+          found = "the radius "//to_text(radius)
+        end if
+      end associate
     end select
+    if (allocated(error)) found = error%message
   end subroutine read_piece
+
+  !> Does a line end its curve?
+  pure logical function is_last(record, line)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line
+
+    is_last = word_of(record, line) == "CIRCLE" &
+              .or. any(word_of(record, line + 1) == [character(6) :: "", "START", "CIRCLE"])
+  end function is_last
 
   !> The first field of a data line, empty beyond the first and the last.
   pure function word_of(record, line) result(word)
@@ -168,21 +196,13 @@ contains
     if (line >= 1 .and. line <= record%n_lines) word = field_word(record, line, 1)
   end function word_of
 
-  pure function place_of(record, line) result(x)
-    type(record_t), intent(in) :: record
-    integer, intent(in) :: line
-    real(wp) :: x(2)
-
-    x = [field_real(record, line, 2), field_real(record, line, 3)]
-  end function place_of
-
-  !> A number that may be left out: then 0.
-  pure real(wp) function number_of(record, line, field) result(number)
+  !> Two coordinates, from a field on.
+  pure function place_of(record, line, field) result(x)
     type(record_t), intent(in) :: record
     integer, intent(in) :: line, field
+    real(wp) :: x(2)
 
-    number = 0.0_wp
-    if (is_filled(record, line, field)) number = field_real(record, line, field)
-  end function number_of
+    x = [field_real(record, line, field), field_real(record, line, field + 1)]
+  end function place_of
 
 end module outline_keywords

@@ -11,7 +11,7 @@ module outline
   private
 
   public :: new_region, add_polygon, join_regions, cut_cells, is_inside, inside_distance, &
-            signed_area, cut_to_box, share_along, plane_of, in_space
+            signed_area, cut_to_box, covers_box, share_along, plane_of, in_space
 
   integer, parameter, public :: n_moments = 6     !! of 1, x, y, x^2, x y, y^2
 
@@ -444,6 +444,17 @@ contains
     end do
     if (size(cut, 2) < 3) cut = cut(:, :0)
   end subroutine cut_to_box
+
+  !> Does all of a box lie in a polygon, but for round-off?
+  pure logical function covers_box(corners, low, high)
+    real(wp), intent(in) :: corners(:, :)          !! shape (2, n)
+    real(wp), intent(in) :: low(2), high(2)
+    real(wp), parameter :: all_of_it = 1.0_wp - 1.0e-9_wp
+    real(wp), allocatable :: cut(:, :)
+
+    call cut_to_box(corners, low, high, cut)
+    covers_box = abs(signed_area(cut)) >= all_of_it*product(high - low)
+  end function covers_box
 
   !> Cut polygons to a strip.
   pure subroutine clip_all(polygons, axis, low, high, cut)

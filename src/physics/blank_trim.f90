@@ -11,7 +11,8 @@ module blank_trim
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
-  use outline, only: polygon_t, region_t, new_region, cut_to_box, signed_area, plane_of, in_space
+  use outline, only: polygon_t, region_t, new_region, cut_to_box, covers_box, signed_area, &
+                     plane_of, in_space
   use outline_slits, only: slit_t, find_slit
   use element, only: element_t
   use shell_setup, only: mid_surface
@@ -242,10 +243,34 @@ contains
     extent = maxval(box(:, 2) - box(:, 1))
     call take_near(corners, box, extent, plane, must_be_within(trim), near, error)
     if (allocated(error)) return
+    if (covers_box(corners, box(:, 1), box(:, 2)) .and. .not. must_be_within(trim)) then
+      places = around_all(surface, sqrt(abs(signed_area(corners))/product(box(:, 2) - box(:, 1))))
+      return
+    end if
     near = pieces_of(near, per_element*extent/maxval(element%n_elements))
     call project_pieces(surface, element, plane, extent, near, places, error)
     if (.not. allocated(error)) call check_overlap(surface, plane, near, places, error)
   end subroutine project
+
+  !> Parameters of a curve around all of the sheet, which need not lie over its surface continued:
+  !! a rectangle, wider than other curves reach, and the wider the longer the curve.
+  pure function around_all(surface, size_over_sheet) result(places)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: size_over_sheet           !! of the curve, >= 1
+    real(wp) :: places(2, 4)
+    real(wp), parameter :: far = 1.0e3_wp             ! of the parameters
+    real(wp) :: low, high, away
+    integer :: a
+
+    do a = 1, 2
+      associate (knots => surface%axes(a)%knots)
+        away = far*size_over_sheet*(knots(size(knots)) - knots(1))
+        low = knots(1) - away
+        high = knots(size(knots)) + away
+      end associate
+      places(a, :) = merge([low, high, high, low], [low, low, high, high], a == 1)
+    end do
+  end function around_all
 
   !> Does the sheet, as it lies, show nothing but its edge along an axis?
   pure logical function is_edge_on(element, axis)
