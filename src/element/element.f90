@@ -116,7 +116,7 @@ module element
     procedure :: new_fields => new_nodal_fields
     procedure :: spread_fields => keep_fields
     procedure :: fields_at => no_fields
-    procedure, non_overridable :: is_own_face, can_touch, is_outside
+    procedure, non_overridable :: is_own_face, can_touch, is_outside, places_of_cut
   end type element_t
 
   !> A part of a body, of any kind.
@@ -416,6 +416,30 @@ contains
 
     place = [self%rule(1)%points(point(1)), self%rule(2)%points(point(2))]
   end function place_of_rule
+
+  !> The same of all points of the elements that an outline cuts: (2, q1, q2, elements), elements
+  !! along axis 1 first.
+  pure function places_of_cut(self) result(places)
+    class(element_t), intent(in) :: self       !! with an outline
+    real(wp), allocatable :: places(:, :, :, :)
+    integer :: c, i, j, e(3)
+
+    associate (share => self%ties%share, q => self%rule%n)
+      allocate (places(2, q(1), q(2), count(share > 0.0_wp .and. share < 1.0_wp)))
+      c = 0
+      e = [0, 1, 1]
+      do while (c < size(places, 4))
+        call next_element(self%n_elements, e)
+        if (share(e(1), e(2)) <= 0.0_wp .or. share(e(1), e(2)) >= 1.0_wp) cycle
+        c = c + 1
+        do j = 1, q(2)
+          do i = 1, q(1)
+            places(:, i, j, c) = self%place_along_sheet(e, [i, j, 1])
+          end do
+        end do
+      end do
+    end associate
+  end function places_of_cut
 
   !> Jacobian by element-local coordinates, and place, in the element between the knots `span` and
   !! `span + 1`.

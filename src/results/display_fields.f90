@@ -11,7 +11,7 @@ module display_fields
   use display_grid, only: display_grid_t, display_directors, display_scalars, &
                           display_surface_scalars, display_thickness, display_vectors, &
                           mises_stress, point_grid
-  use point_geometry, only: plane_strains, point_geometry_t
+  use point_geometry, only: cut_points, has_other_cut, plane_strains, point_geometry_t
   use tool_mesh, only: carried
   implicit none
   private
@@ -40,7 +40,8 @@ module display_fields
     character(:), allocatable :: name
     type(nurbs_solid_t) :: solid                        !! at the start
     type(display_grid_t) :: grid
-    type(point_geometry_t) :: geometry
+    type(point_geometry_t) :: geometry                  !! of the cut in the frame at hand
+    logical :: has_points = .false.                     !! this geometry is in the file
     integer :: rule_size(3) = 0
     real(wp), allocatable :: thickness(:)               !! at the display points at the start
     !> Derived from the frame at hand: coordinates of the display points, (n, 3), and fields at the
@@ -79,6 +80,8 @@ module display_fields
     real(wp), allocatable :: edge_distance(:, :)
     type(region_t), allocatable :: regions(:)           !! that it leaves, in parameters; likewise
     real(wp), allocatable :: share(:, :)                !! of each element that it leaves; likewise
+    !> Own coordinates of the points of elements that it cuts, as of `cut_points`; likewise.
+    real(wp), allocatable :: places(:, :, :, :)
   end type patch_frame_t
 
   !> Where the display points of a surface of a tool are.
@@ -321,6 +324,7 @@ contains
     n_controls = size(view%solid%weights)
     select case (part)
     case (1)
+      call follow_cut(view, frame)
       view%strains = plane_strains(view%geometry, reshape(frame%points, [n_controls, 3]))
     case (2)
       view%stress = reshape(point_grid(6, view%rule_size, view%grid%n_elements, frame%stress), &
@@ -331,6 +335,17 @@ contains
       view%eqps = [point_grid(1, view%rule_size, view%grid%n_elements, frame%eqps)]
     end select
   end subroutine derive_part
+
+  !> Take the points of a frame whose sheet is cut otherwise than in the frame before.
+  pure subroutine follow_cut(view, frame)
+    type(patch_view_t), intent(inout) :: view
+    type(patch_frame_t), intent(in) :: frame
+
+    if (.not. allocated(frame%share)) return
+    if (.not. has_other_cut(view%geometry, frame%share)) return
+    call cut_points(view%solid, frame%share, frame%places, view%geometry)
+    view%has_points = .false.
+  end subroutine follow_cut
 
   subroutine displacement_on_patch(view, frame, values)
     type(patch_view_t), intent(in) :: view

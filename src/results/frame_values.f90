@@ -105,7 +105,7 @@ contains
           view%solid = patch%solid
           view%rule_size = patch%rule%n
           view%grid = new_display_grid(patch%solid, patch%rule, setup%is_bezier, setup%is_surface)
-          view%geometry = new_point_geometry(patch%solid, patch%rule, patch%share)
+          view%geometry = new_point_geometry(patch%solid, patch%rule)
           view%thickness = thickness_of(view%grid, patch%solid)
         end associate
       else

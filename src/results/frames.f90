@@ -36,6 +36,7 @@ module frames
   use hdf5_library, only: hid_t
   use hdf5_reading, only: open_for_reading, close_reading, names_in, has_name, read_numbers
   use knot_vector, only: knot_vector_t
+  use point_geometry, only: point_geometry_t
   use outline, only: region_t
   use trim_curve, only: trim_loop_t
   use timer, only: watch_seconds, n_watches
@@ -121,7 +122,6 @@ contains
     type(results_setup_t), intent(in) :: setup
     type(cells_t), intent(in) :: cells
     real(wp), intent(in) :: weights(:)
-    character(:), allocatable :: folder
     integer :: i, p
 
     associate (file => results%file)
@@ -151,20 +151,10 @@ contains
       call create_series(file, "/frames/process_step", h5_int64, [integer ::], 64, .false., &
                          "1", "step of the deck, from 1 on")
       do p = 1, size(results%display%patches)
-        folder = patch_folder(results, "/points", p)
-        associate (geometry => results%display%patches(p)%geometry)
-          call create_series(file, patch_folder(results, "/frames", p)//"/eqps", h5_double, &
-                             geometry%n, 1, .true., "1", &
-                             "equivalent plastic strain at the integration points, all "// &
-                             "frames; NaN in elements of which an outline leaves nothing")
-          call write_reals(file, folder//"/reference_position", geometry%positions, &
-                           [3, geometry%n], unit_of(results%units, "length"), "positions of "// &
-                           "the integration points at the start, those of whole elements, "// &
-                           "indices (zeta, eta, xi)")
-          call write_reals(file, folder//"/reference_volume", geometry%volumes, geometry%n, &
-                           unit_of(results%units, "volume"), &
-                           "volume of each integration point at the start")
-        end associate
+        call create_series(file, patch_folder(results, "/frames", p)//"/eqps", h5_double, &
+                           results%display%patches(p)%geometry%n, 1, .true., "1", &
+                           "equivalent plastic strain at the integration points, all "// &
+                           "frames; NaN in elements of which an outline leaves nothing")
       end do
       call write_geometry(results)
     end associate
@@ -525,6 +515,8 @@ contains
     do p = 1, size(results%display%patches)
       folder = patch_folder(results, "/points", p)
       associate (file => results%file, view => results%display%patches(p))
+        if (.not. view%has_points) call write_places(file, folder, results%units, view%geometry)
+        view%has_points = .true.
         call write_reals(file, folder//"/eqps", view%eqps, view%geometry%n, "1", &
                          "equivalent plastic strain, last frame"//nan)
         call write_reals(file, folder//"/stress", view%stress, [6, view%geometry%n], &
@@ -547,6 +539,20 @@ contains
       end associate
     end do
   end subroutine write_points
+
+  ! Where the points of a patch are at the start: those of the last frame.
+  subroutine write_places(file, folder, units, geometry)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: folder
+    type(unit_system_t), intent(in) :: units
+    type(point_geometry_t), intent(in) :: geometry
+
+    call write_reals(file, folder//"/reference_position", geometry%positions, [3, geometry%n], &
+                     unit_of(units, "length"), "positions of the integration points at the "// &
+                     "start, indices (zeta, eta, xi)")
+    call write_reals(file, folder//"/reference_volume", geometry%volumes, geometry%n, &
+                     unit_of(units, "volume"), "volume of each integration point at the start")
+  end subroutine write_places
 
   ! Where a patch has its data: the folder itself if it is the only one.
   pure function patch_folder(results, folder, patch) result(path)

@@ -60,8 +60,10 @@ contains
           model%bodies%blank%law%eqps_state, fields%eqps, fields%stress, fields%state)
         if (allocated(model%bodies%blank%parts(p)%element%edge_distance)) &
           fields%edge_distance = model%bodies%blank%parts(p)%element%edge_distance
-        if (allocated(model%bodies%blank%parts(p)%element%ties%share)) &
+        if (allocated(model%bodies%blank%parts(p)%element%ties%share)) then
           fields%share = model%bodies%blank%parts(p)%element%ties%share
+          fields%places = model%bodies%blank%parts(p)%element%places_of_cut()
+        end if
         if (allocated(model%bodies%blank%parts(p)%element%regions)) &
           fields%regions = model%bodies%blank%parts(p)%element%regions
         if (allocated(fields%resultants)) &
