@@ -79,6 +79,7 @@ class Outcome:
             effects = {name: group["seconds"][()] for name, group in
                        file["timings/effects"].items()}
             eqps = np.concatenate([np.ravel(values) for values in last_eqps(file)])
+            eqps = eqps[~np.isnan(eqps)]
         total = sum(effects.values())
         self.ran = ", ".join(f"{name} {100*seconds/total:.0f} %" for name, seconds in
                              sorted(effects.items(), key=lambda item: -item[1])
@@ -96,8 +97,8 @@ class Outcome:
 
 
 def last_eqps(file):
-    """Plastic strain of all points at the end, by patch."""
+    """Plastic strain of all points at the end, by patch; NaN where outlines leave nothing."""
     found = []
-    file["points"].visititems(lambda name, item: found.append(item[-1]) if isinstance(
+    file["points"].visititems(lambda name, item: found.append(item[()]) if isinstance(
         item, h5py.Dataset) and name.split("/")[-1] == "eqps" else None)
     return found
