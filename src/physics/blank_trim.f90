@@ -353,8 +353,9 @@ contains
     end if
   end subroutine refuse_far
 
-  !> What of a polygon lies no farther from the box of the sheet than this is long: all that counts.
-  !! Refused are curves with nothing there, and such that leave the box and may not.
+  !> What of a polygon lies on the box of the sheet and a little beside it: all that counts. Farther
+  !! off the sheet continued may have folds. Refused are curves with nothing there, and such that
+  !! leave the box and may not.
   subroutine take_near(corners, box, extent, plane, is_within, near, error)
     real(wp), intent(in) :: corners(:, :)
     real(wp), intent(in) :: box(2, 2), extent       !! low, high
@@ -363,15 +364,14 @@ contains
     real(wp), allocatable, intent(out) :: near(:, :)
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: round_off = 1.0e-6_wp    ! of the extent
-    real(wp), parameter :: narrowest = 0.1_wp       ! what counts around a box without a width
-    real(wp) :: beyond(size(corners, 2)), around(2)
+    real(wp), parameter :: around = 0.1_wp          ! of the extent, what counts beside the box
+    real(wp) :: beyond(size(corners, 2))
     integer :: i, at
 
     do i = 1, size(beyond)
       beyond(i) = norm2(max(box(:, 1) - corners(:, i), corners(:, i) - box(:, 2), 0.0_wp))
     end do
-    around = max(box(:, 2) - box(:, 1), narrowest*extent)
-    call cut_to_box(corners, box(:, 1) - around, box(:, 2) + around, near)
+    call cut_to_box(corners, box(:, 1) - around*extent, box(:, 2) + around*extent, near)
     at = merge(maxloc(beyond, 1), minloc(beyond, 1), size(near, 2) > 0)
     if (size(near, 2) == 0) then
       call refuse_far(beyond(at), corners(:, at), plane, error)
