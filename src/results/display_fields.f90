@@ -45,8 +45,10 @@ module display_fields
     integer :: rule_size(3) = 0
     real(wp), allocatable :: thickness(:)               !! at the display points at the start
     !> Derived from the frame at hand: coordinates of the display points, (n, 3), and fields at the
-    !! integration points as `point_grid` orders them.
-    real(wp), allocatable :: positions(:, :), eqps(:), stress(:, :), strains(:, :)
+    !! integration points as `point_grid` orders them. Strains are those at the points of whole
+    !! elements, which are exact at the display points; those at the points of cut elements follow.
+    real(wp), allocatable :: positions(:, :), eqps(:), stress(:, :), strains(:, :), &
+                             cut_strains(:, :)
   end type patch_view_t
 
   !> Contact pressure on a face of a patch, on the grid of its contact points.
@@ -324,8 +326,12 @@ contains
     n_controls = size(view%solid%weights)
     select case (part)
     case (1)
+      view%strains = plane_strains(view%geometry, .false., reshape(frame%points, &
+                                                                   [n_controls, 3]))
+      if (.not. allocated(frame%share)) return
       call follow_cut(view, frame)
-      view%strains = plane_strains(view%geometry, reshape(frame%points, [n_controls, 3]))
+      view%cut_strains = plane_strains(view%geometry, .true., reshape(frame%points, &
+                                                                      [n_controls, 3]))
     case (2)
       view%stress = reshape(point_grid(6, view%rule_size, view%grid%n_elements, frame%stress), &
                             [6, size(frame%eqps)])
@@ -336,12 +342,11 @@ contains
     end select
   end subroutine derive_part
 
-  !> Take the points of a frame whose sheet is cut otherwise than in the frame before.
+  !> Take the points of a frame in which the sheet is cut otherwise than in that before.
   pure subroutine follow_cut(view, frame)
     type(patch_view_t), intent(inout) :: view
     type(patch_frame_t), intent(in) :: frame
 
-    if (.not. allocated(frame%share)) return
     if (.not. has_other_cut(view%geometry, frame%share)) return
     call cut_points(view%solid, frame%share, frame%places, view%geometry)
     view%has_points = .false.

@@ -234,6 +234,9 @@ contains
       associate (view => display%patches(p), n => display%patches(p)%geometry%n, &
                  rule_size => display%patches(p)%rule_size)
         points(first:display%last(p), :) = view%positions
+        ! All fields at display points are there now: what follows is of the integration points.
+        if (allocated(frame%patches(p)%share)) &
+          view%strains(:, view%geometry%cut%at) = view%cut_strains
         call blank_points(n, rule_size, frame%patches(p), 1, view%eqps)
         call blank_points(n, rule_size, frame%patches(p), size(view%stress, 1), view%stress)
         call blank_points(n, rule_size, frame%patches(p), size(view%strains, 1), view%strains)

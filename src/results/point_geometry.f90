@@ -1,7 +1,6 @@
 !> Geometry of the blank at its integration points: positions, volumes, strains in the sheet's
 !! plane. Points form one tensor grid, (q1*e1, q2*e2, q3*e3) with axis 1 fastest, in rising order.
-!! Elements that an outline cuts have points of their own along the sheet in their places of the
-!! grid.
+!! Elements that an outline cuts have points of their own, which take their places in the grid.
 module point_geometry
   use kinds, only: wp
   use gauss_rule, only: gauss_rule_t
@@ -14,11 +13,12 @@ module point_geometry
   public :: point_geometry_t, new_point_geometry, cut_points, has_other_cut, plane_strains, &
             parts_of
 
-  !> Points of cut elements in a layer of the grid: their numbers in it, (m), their first control
-  !! points along axes 1 and 2, (2, m), and the basis there, values and slopes, (p + 1, 2, m).
+  !> Points of cut elements, m in each layer: first control points along axes 1 and 2, (2, m), and
+  !! the basis there, values and slopes, (p + 1, 2, m); of all layers their numbers in the grid and
+  !! their metric, layer by layer.
   type :: cut_table_t
-    integer, allocatable :: at(:), first(:, :)
-    real(wp), allocatable :: one(:, :, :), two(:, :, :)
+    integer, allocatable :: first(:, :), at(:)
+    real(wp), allocatable :: one(:, :, :), two(:, :, :), metric(:, :)
   end type cut_table_t
 
   !> Integration points of a solid in its reference configuration.
@@ -32,7 +32,8 @@ module point_geometry
     type(cut_table_t) :: cut
     real(wp), allocatable :: positions(:, :)               !! reference positions, (3, n)
     real(wp), allocatable :: volumes(:)                    !! reference volume of each point, (n)
-    real(wp), allocatable :: metric(:, :)                  !! G11, G12, G22 of the reference, (3, n)
+    !> G11, G12, G22 of the reference at the points of whole elements, (3, n).
+    real(wp), allocatable :: metric(:, :)
   end type point_geometry_t
 
 contains
@@ -73,13 +74,13 @@ contains
     !! elements), elements in the order of the array `share`.
     real(wp), intent(in) :: places(:, :, :, :)
     type(point_geometry_t), intent(inout) :: geometry
-    integer :: spans_1(size(share, 1)), spans_2(size(share, 2)), n(2), e1, e2, i, j, c, m
+    integer :: spans_1(size(share, 1)), spans_2(size(share, 2)), n(2), e1, e2, i, j, c, k, m
 
     spans_1 = span_table(solid%axes(1))
     spans_2 = span_table(solid%axes(2))
     n = [size(places, 2), size(places, 3)]
     geometry%share = share
-    geometry%cut = new_cut_table(solid%axes%degree, size(places)/2)
+    geometry%cut = new_cut_table(solid%axes%degree, size(places)/2, geometry%n(3))
     c = 0
     m = 0
     do e2 = 1, size(share, 2)
@@ -99,15 +100,20 @@ contains
         end do
       end do
     end do
+    associate (at => geometry%cut%at, n_layer => product(geometry%n(:2)))
+      do k = 2, geometry%n(3)
+        at(m*(k - 1) + 1:m*k) = at(:m) + n_layer*(k - 1)
+      end do
+    end associate
     call measure_points(solid, geometry)
   end subroutine cut_points
 
-  !> Room for `m` points.
-  pure function new_cut_table(degrees, m) result(cut)
-    integer, intent(in) :: degrees(3), m
+  !> Room for `m` points in each layer.
+  pure function new_cut_table(degrees, m, n_layers) result(cut)
+    integer, intent(in) :: degrees(3), m, n_layers
     type(cut_table_t) :: cut
 
-    allocate (cut%at(m), cut%first(2, m))
+    allocate (cut%at(m*n_layers), cut%first(2, m))
     allocate (cut%one(degrees(1) + 1, 2, m), cut%two(degrees(2) + 1, 2, m))
   end function new_cut_table
 
@@ -132,10 +138,17 @@ contains
     integer :: d, i
 
     points = reshape(solid%points, shape(points))
-    positions = positions_of(geometry, points)
-    tangents = tangents_of(geometry, points, 3)
-    geometry%positions = transpose(positions)
+    positions = positions_of(geometry, .false., points)
+    tangents = tangents_of(geometry, .false., points, 3)
     geometry%metric = plane_metric(tangents)
+    if (allocated(geometry%cut%at)) then
+      associate (at => geometry%cut%at)
+        positions(at, :) = positions_of(geometry, .true., points)
+        tangents(at, :, :) = tangents_of(geometry, .true., points, 3)
+        geometry%cut%metric = plane_metric(tangents(at, :, :))
+      end associate
+    end if
+    geometry%positions = transpose(positions)
     measure = [1.0_wp]
     do d = 1, 3
       ! Quadrature weights with respect to the parametric coordinate, along the whole direction.
@@ -165,19 +178,32 @@ contains
 
   !> Major and minor principal logarithmic strain in the sheet's plane, that is between the
   !! tangents of xi and eta: half the logarithm of the eigenvalues of the current metric with
-  !! respect to the reference metric.
-  pure function plane_strains(geometry, control_points) result(strains)
+  !! respect to the reference metric. At the points that all elements have while they are whole, or
+  !! at those of cut elements alone, as `cut%at` lists them.
+  pure function plane_strains(geometry, of_cut, control_points) result(strains)
     type(point_geometry_t), intent(in) :: geometry
+    logical, intent(in) :: of_cut
     real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)   !! current
     real(wp), allocatable :: strains(:, :)   !! shape (2, n)
     real(wp), allocatable :: g(:, :)
+
+    g = plane_metric(tangents_of(geometry, of_cut, control_points, 2))
+    if (of_cut) then
+      strains = strains_of(geometry%cut%metric, g)
+    else
+      strains = strains_of(geometry%metric, g)
+    end if
+  end function plane_strains
+
+  ! These strains from both metrics.
+  pure function strains_of(reference, current) result(strains)
+    real(wp), intent(in) :: reference(:, :), current(:, :)   ! shape (3, n)
+    real(wp) :: strains(2, size(current, 2))
     real(wp) :: mean, product_of_both, root
     integer :: i
 
-    g = plane_metric(tangents_of(geometry, control_points, 2))
-    allocate (strains(2, size(g, 2)))
-    do i = 1, size(g, 2)
-      associate (r => geometry%metric(:, i), c => g(:, i))
+    do i = 1, size(current, 2)
+      associate (r => reference(:, i), c => current(:, i))
         mean = 0.5_wp*(c(1)*r(3) + c(3)*r(1) - 2*c(2)*r(2))/(r(1)*r(3) - r(2)**2)
         product_of_both = (c(1)*c(3) - c(2)**2)/(r(1)*r(3) - r(2)**2)
         root = sqrt(max(mean**2 - product_of_both, 0.0_wp))
@@ -185,59 +211,71 @@ contains
                                        tiny(1.0_wp)))
       end associate
     end do
-  end function plane_strains
+  end function strains_of
 
-  pure function positions_of(geometry, control_points) result(positions)
+  pure function positions_of(geometry, of_cut, control_points) result(positions)
     type(point_geometry_t), intent(in) :: geometry
+    logical, intent(in) :: of_cut
     real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)
     real(wp), allocatable :: positions(:, :)
     real(wp), allocatable :: weight(:)
     integer :: i
 
-    allocate (positions(product(geometry%n), 3))
-    if (geometry%is_rational) weight = at_points(geometry, 0, geometry%control_weights)
+    allocate (positions(n_points(geometry, of_cut), 3))
+    if (geometry%is_rational) weight = at_points(geometry, of_cut, 0, geometry%control_weights)
     do i = 1, 3
       if (geometry%is_rational) then
-        positions(:, i) = at_points(geometry, 0, &
+        positions(:, i) = at_points(geometry, of_cut, 0, &
                                     geometry%control_weights*control_points(:, i))/weight
       else
-        positions(:, i) = at_points(geometry, 0, control_points(:, i))
+        positions(:, i) = at_points(geometry, of_cut, 0, control_points(:, i))
       end if
     end do
   end function positions_of
 
   ! Tangents of a configuration along the first directions, shape (n, component, direction): of
   ! rational ones by the quotient rule from homogeneous coordinates.
-  pure function tangents_of(geometry, control_points, n_directions) result(tangents)
+  pure function tangents_of(geometry, of_cut, control_points, n_directions) result(tangents)
     type(point_geometry_t), intent(in) :: geometry
+    logical, intent(in) :: of_cut
     real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)
     integer, intent(in) :: n_directions
     real(wp), allocatable :: tangents(:, :, :)
     real(wp), allocatable :: positions(:, :), weight(:), weight_slope(:)
     integer :: i, d
 
-    allocate (tangents(product(geometry%n), 3, n_directions))
+    allocate (tangents(n_points(geometry, of_cut), 3, n_directions))
     if (geometry%is_rational) then
-      positions = positions_of(geometry, control_points)
-      weight = at_points(geometry, 0, geometry%control_weights)
+      positions = positions_of(geometry, of_cut, control_points)
+      weight = at_points(geometry, of_cut, 0, geometry%control_weights)
     end if
     do d = 1, n_directions
-      if (geometry%is_rational) weight_slope = at_points(geometry, d, geometry%control_weights)
+      if (geometry%is_rational) &
+        weight_slope = at_points(geometry, of_cut, d, geometry%control_weights)
       do i = 1, 3
         if (geometry%is_rational) then
-          tangents(:, i, d) &
-            = (at_points(geometry, d, geometry%control_weights*control_points(:, i)) &
-               - weight_slope*positions(:, i))/weight
+          tangents(:, i, d) = (at_points(geometry, of_cut, d, &
+                                         geometry%control_weights*control_points(:, i)) &
+                               - weight_slope*positions(:, i))/weight
         else
-          tangents(:, i, d) = at_points(geometry, d, control_points(:, i))
+          tangents(:, i, d) = at_points(geometry, of_cut, d, control_points(:, i))
         end if
       end do
     end do
   end function tangents_of
 
-  ! A spline field at the points, or its slope along a direction.
-  pure function at_points(geometry, direction, field) result(values)
+  pure integer function n_points(geometry, of_cut)
     type(point_geometry_t), intent(in) :: geometry
+    logical, intent(in) :: of_cut
+
+    n_points = product(geometry%n)
+    if (of_cut) n_points = size(geometry%cut%at)
+  end function n_points
+
+  ! A spline field at the points, or its slope along a direction.
+  pure function at_points(geometry, of_cut, direction, field) result(values)
+    type(point_geometry_t), intent(in) :: geometry
+    logical, intent(in) :: of_cut
     integer, intent(in) :: direction                       ! 0: the field itself
     real(wp), intent(in) :: field(size(geometry%control_weights))
     real(wp), allocatable :: values(:)
@@ -245,23 +283,27 @@ contains
 
     ops = geometry%basis
     if (direction > 0) ops(direction) = geometry%slopes(direction)
-    values = apply_tensor(ops, field)
-    if (allocated(geometry%cut%at)) call replace_cut(geometry%cut, ops, direction, field, values)
+    if (of_cut) then
+      values = at_cut(geometry%cut, ops, direction, field)
+    else
+      values = apply_tensor(ops, field)
+    end if
   end function at_points
 
-  ! The values at points of cut elements.
-  pure subroutine replace_cut(cut, ops, direction, field, values)
+  ! The same at the points of cut elements, of which the operators of axis 3 know the layers.
+  pure function at_cut(cut, ops, direction, field) result(values)
     type(cut_table_t), intent(in) :: cut
     type(line_operator_t), intent(in) :: ops(3)
-    integer, intent(in) :: direction                       ! as of `at_points`
+    integer, intent(in) :: direction
     real(wp), intent(in) :: field(ops(1)%n_in, ops(2)%n_in, ops(3)%n_in)
-    real(wp), intent(inout) :: values(ops(1)%n_out*ops(2)%n_out, ops(3)%n_out)
+    real(wp) :: values(size(cut%at))
     real(wp) :: column(ops(3)%n_in)
-    integer :: m, k, s, one, two, first(2), last(2)
+    integer :: m, k, s, n, one, two, first(2), last(2)
 
     one = merge(2, 1, direction == 1)
     two = merge(2, 1, direction == 2)
-    do m = 1, size(cut%at)
+    n = size(cut%first, 2)
+    do m = 1, n
       first = cut%first(:, m)
       last = first + [size(cut%one, 1), size(cut%two, 1)] - 1
       do k = 1, size(column)
@@ -270,12 +312,12 @@ contains
       end do
       do s = 1, ops(3)%n_out
         associate (low => ops(3)%first(s))
-          values(cut%at(m), s) = dot_product(ops(3)%values(:, s), &
-                                             column(low:low + ops(3)%width - 1))
+          values(m + n*(s - 1)) = dot_product(ops(3)%values(:, s), &
+                                              column(low:low + ops(3)%width - 1))
         end associate
       end do
     end do
-  end subroutine replace_cut
+  end function at_cut
 
   pure function plane_metric(tangents) result(metric)
     real(wp), intent(in) :: tangents(:, :, :)
