@@ -16,7 +16,7 @@ module face_penetration
   use secondary_surface, only: secondary_surface_t, new_sample_surface, secondary_positions, &
                                row_positions, point_position, secondary_line_t
   use contact, only: contact_t
-  use outline, only: region_t, is_inside
+  use outline, only: region_t, is_inside, places_inside
   use tool, only: tool_t
   use tool_bends, only: bend_t, tool_bends_below, sharpest_radius
   use closest_point, only: hit_t, follow, lanes_t, n_lanes, is_beside, follow_lanes
@@ -81,6 +81,7 @@ module face_penetration
                                           !! [length], shape (n_tiles)
     real(wp), allocatable :: wake(:)      !! the same of each sample, tile by tile
     integer, allocatable :: before(:)     !! samples before those of a tile, shape (n_tiles)
+    type(region_t), allocatable :: regions(:)   !! that an outline leaves; absent: all counts
     integer :: n_checked = 0                !! samples that the last search has checked
     real(wp) :: shift(3) = 0.0_wp           !! displacement of the tool at the last search [length]
     real(wp) :: overhang = 0.0_wp           !! how far beyond its edge a point touches [length]
@@ -212,6 +213,20 @@ contains
     best%is_sure = sample%is_sure
   end subroutine keep_deeper
 
+  !> The same between samples, where an outline may cut the place away.
+  pure subroutine keep_deeper_inside(samples, sample, at, step, best)
+    type(depth_samples_t), intent(in) :: samples
+    type(sample_t), intent(in) :: sample
+    real(wp), intent(in) :: at(2), step(2)
+    type(deep_point_t), intent(inout) :: best
+
+    if (.not. sample%depth > best%depth) return
+    if (allocated(samples%regions)) then
+      if (.not. is_inside(samples%regions, at)) return
+    end if
+    call keep_deeper(sample, at, samples%shift, step, best)
+  end subroutine keep_deeper_inside
+
   !> Length of the diagonals of a cell.
   pure real(wp) function width_of(corners) result(width)
     type(sample_t), intent(in) :: corners(2, 2)
@@ -289,28 +304,28 @@ contains
     end associate
   end subroutine new_depth_samples
 
-  !> Leave out the samples that an outline leaves outside: all those of contact points without area,
-  !! and in cut elements each by itself.
-  pure subroutine trim_samples(samples, contact, regions)
+  !> Leave out the places that an outline leaves outside, and samples of contact points without
+  !! area.
+  pure subroutine trim_samples(samples, contact, lines1, lines2, share, regions)
     type(depth_samples_t), intent(inout) :: samples
     type(contact_t), intent(in) :: contact
+    real(wp), intent(in) :: lines1(:), lines2(:)      !! ends of the elements
+    real(wp), intent(in) :: share(:, :)               !! of the elements that is inside
     type(region_t), intent(in) :: regions(:)          !! in the parameters of the face
-    logical :: is_in
+    logical :: is_in(samples%grid%n_along(1), samples%grid%n_along(2))
     integer :: t, i, j, k, point
 
+    samples%regions = regions
+    is_in = places_inside(regions, lines1, lines2, share, samples%grid%lines(1)%xi, &
+                          samples%grid%lines(2)%xi, 0.0_wp)
     k = 0
     do t = 1, size(contact%tiles)
       do j = samples%first(2, t), samples%last(2, t)
         do i = samples%first(1, t), samples%last(1, t)
           k = index_of(samples, t, i, j)
           point = samples%near_1(i) + contact%secondary%n_along(1)*(samples%near_2(j) - 1)
-          associate (area => contact%secondary%area(point), &
-                     whole => contact%secondary%whole_area(point))
-            is_in = area > 0.0_wp
-            if (is_in .and. abs(area - whole) > 0.0_wp) &
-              is_in = is_inside(regions, [samples%grid%lines(1)%xi(i), samples%grid%lines(2)%xi(j)])
-          end associate
-          if (.not. is_in) samples%wake(k) = huge(1.0_wp)
+          if (.not. (is_in(i, j) .and. contact%secondary%area(point) > 0.0_wp)) &
+            samples%wake(k) = huge(1.0_wp)
         end do
       end do
       samples%wake_at(t) = minval(samples%wake(samples%before(t) + 1:k))
@@ -588,7 +603,7 @@ contains
         call evaluate_surface(samples%surface, at, sample%x)
         sample%x = sample%x - samples%shift
         call locate(tool, samples%overhang, sample)
-        call keep_deeper(sample, at, samples%shift, (high - low)/n_parts, best)
+        call keep_deeper_inside(samples, sample, at, (high - low)/n_parts, best)
       end do
     end do
   end subroutine sample_cell
@@ -631,7 +646,7 @@ contains
           else
             call locate(tool, samples%overhang, sample)
           end if
-          call keep_deeper(sample, at, samples%shift, start%step, candidate)
+          call keep_deeper_inside(samples, sample, at, start%step, candidate)
         end do
         if (.not. candidate%depth > start%depth) exit
         n = n + 1

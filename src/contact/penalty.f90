@@ -26,13 +26,15 @@ module penalty
 contains
 
   !> Stiffness k_p = (s/dt^2) a_p min_I(m_I/A_I) over the control points I that support point p,
-  !! with A_I = sum_p a_p R_I(p). Then sum_p k_p R_I(p) <= s m_I/dt^2 on every control point.
+  !! with A_I = sum_p a_p R_I(p). Then sum_p k_p R_I(p) <= s m_I/dt^2 on every control point. Where
+  !! R_I vanishes but for round-off, at a line between elements, I does not support p.
   subroutine stiffness_from_mass(secondary, mass, scale, dt, stiffness)
     type(secondary_surface_t), intent(in) :: secondary
     real(wp), intent(in) :: mass(secondary%n_net(1), secondary%n_net(2))   !! of control points
     real(wp), intent(in) :: scale   !! s
     real(wp), intent(in) :: dt      !! largest time step expected [time]
     real(wp), intent(out) :: stiffness(secondary%n_along(1), secondary%n_along(2)) !! [force/length]
+    real(wp), parameter :: round_off = 1.0e-9_wp
     real(wp), allocatable :: areas(:, :, :), net_areas(:, :, :)
     real(wp) :: per_area(secondary%n_net(1), secondary%n_net(2))
     integer :: i, j, low(2), high(2)
@@ -47,8 +49,13 @@ contains
       do i = 1, secondary%n_along(1)
         low = [secondary%lines(1)%first(i), secondary%lines(2)%first(j)]
         high = low + secondary%lines%degree
-        stiffness(i, j) = scale/dt**2*areas(i, j, 1) &
-                          *minval(per_area(low(1):high(1), low(2):high(2)))
+        associate (supports => secondary%lines(1)%values(i, :) > round_off, &
+                   across => secondary%lines(2)%values(j, :) > round_off)
+          stiffness(i, j) = scale/dt**2*areas(i, j, 1) &
+                            *minval(per_area(low(1):high(1), low(2):high(2)), &
+                                    spread(supports, 2, size(across)) &
+                                    .and. spread(across, 1, size(supports)))
+        end associate
       end do
     end do
   end subroutine stiffness_from_mass

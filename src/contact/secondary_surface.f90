@@ -10,7 +10,7 @@ module secondary_surface
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives, span_table, n_spans, &
                          greville
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
-  use outline, only: region_t, is_inside
+  use outline, only: region_t, cells_at, places_inside
   implicit none
   private
 
@@ -451,57 +451,63 @@ contains
     secondary%area = reshape(area, [secondary%n_points])
   end subroutine set_areas
 
-  !> Areas of the points of a face with an outline: in each element they are the part of the whole
-  !! ones that lies inside, and points outside give theirs to the nearest one of the element inside,
-  !! where there is one.
-  function areas_inside(secondary, lines1, lines2, share, regions) result(area)
+  !> Areas of the points of a face with an outline. Each element shares its area inside out to its
+  !! points inside, or to all where none is, in proportion to what they have of the whole element.
+  !! So points that are mirror images have the same areas: no order of points decides.
+  pure function areas_inside(secondary, lines1, lines2, share, regions) result(area)
     type(secondary_surface_t), intent(in) :: secondary
     real(wp), intent(in) :: lines1(:), lines2(:)    !! ends of the elements
     real(wp), intent(in) :: share(:, :)             !! of the elements that is inside
     type(region_t), intent(in) :: regions(:)        !! in the parameters of the face
     real(wp) :: area(secondary%n_along(1), secondary%n_along(2))
-    integer :: e1(secondary%n_along(1)), e2(secondary%n_along(2)), i, j, k, l, best(2)
-    logical :: is_in(secondary%n_along(1), secondary%n_along(2))
-    real(wp) :: distance, nearest
+    real(wp), parameter :: on_border = 1.0e-7_wp    ! of the sheet; polygons lie off arcs by less
+    real(wp) :: whole(size(area, 1), size(area, 2))
+    real(wp), dimension(size(share, 1), size(share, 2)) :: total, inside, factor
+    logical :: is_in(size(area, 1), size(area, 2))
+    integer :: e1(2, size(area, 1)), e2(2, size(area, 2)), i, j
 
     associate (xi => secondary%lines(1)%xi, eta => secondary%lines(2)%xi)
-      e1 = [(min(max(count(lines1 <= xi(i)), 1), size(share, 1)), i=1, size(xi))]
-      e2 = [(min(max(count(lines2 <= eta(j)), 1), size(share, 2)), j=1, size(eta))]
-      if (allocated(secondary%whole_area)) then
-        area = reshape(secondary%whole_area, shape(area))
-      else
-        area = reshape(secondary%area, shape(area))
-      end if
-      area = area*share(e1, e2)
-      is_in = area > 0.0_wp
-      do j = 1, size(eta)
-        do i = 1, size(xi)
-          if (.not. is_in(i, j) .or. share(e1(i), e2(j)) >= 1.0_wp) cycle
-          is_in(i, j) = is_inside(regions, [xi(i), eta(j)])
-        end do
-      end do
-      do j = 1, size(eta)
-        do i = 1, size(xi)
-          if (is_in(i, j) .or. area(i, j) <= 0.0_wp) cycle
-          nearest = huge(nearest)
-          best = [i, j]
-          do l = 1, size(eta)
-            if (e2(l) /= e2(j)) cycle
-            do k = 1, size(xi)
-              if (e1(k) /= e1(i) .or. .not. is_in(k, l)) cycle
-              distance = (xi(k) - xi(i))**2 + (eta(l) - eta(j))**2
-              if (distance >= nearest) cycle
-              nearest = distance
-              best = [k, l]
-            end do
-          end do
-          if (all(best == [i, j])) cycle
-          area(best(1), best(2)) = area(best(1), best(2)) + area(i, j)
-          area(i, j) = 0.0_wp
-        end do
-      end do
+      is_in = places_inside(regions, lines1, lines2, share, xi, eta, on_border)
+      e1 = reshape([(cells_at(lines1, xi(i)), i=1, size(xi))], shape(e1))
+      e2 = reshape([(cells_at(lines2, eta(j)), j=1, size(eta))], shape(e2))
     end associate
+    whole = reshape(secondary%area, shape(area))
+    if (allocated(secondary%whole_area)) whole = reshape(secondary%whole_area, shape(area))
+    total = 0.0_wp
+    inside = 0.0_wp
+    do j = 1, size(area, 2)
+      do i = 1, size(area, 1)
+        associate (a => e1(:, i), b => e2(:, j))
+          associate (own => whole(i, j)*parts_of(lines1(a(1):a(2) + 1), lines2(b(1):b(2) + 1)))
+            total(a(1):a(2), b(1):b(2)) = total(a(1):a(2), b(1):b(2)) + own
+            if (is_in(i, j)) inside(a(1):a(2), b(1):b(2)) = inside(a(1):a(2), b(1):b(2)) + own
+          end associate
+        end associate
+      end do
+    end do
+    factor = share
+    where (inside > 0.0_wp) factor = share*total/inside
+    do j = 1, size(area, 2)
+      do i = 1, size(area, 1)
+        associate (a => e1(:, i), b => e2(:, j))
+          area(i, j) = whole(i, j)*sum( &
+            parts_of(lines1(a(1):a(2) + 1), lines2(b(1):b(2) + 1))*factor(a(1):a(2), b(1):b(2)), &
+            is_in(i, j) .or. inside(a(1):a(2), b(1):b(2)) <= 0.0_wp)
+        end associate
+      end do
+    end do
   end function areas_inside
+
+  !> Parts of the area of a point that lie in the elements around it, by their lengths.
+  pure function parts_of(lines1, lines2) result(parts)
+    real(wp), intent(in) :: lines1(:), lines2(:)    !! ends of these elements
+    real(wp) :: parts(size(lines1) - 1, size(lines2) - 1)
+    integer :: n(2)
+
+    n = shape(parts)
+    parts = spread((lines1(2:) - lines1(:n(1)))/(lines1(n(1) + 1) - lines1(1)), 2, n(2)) &
+            *spread((lines2(2:) - lines2(:n(2)))/(lines2(n(2) + 1) - lines2(1)), 1, n(1))
+  end function parts_of
 
   !> From the moments of the basis functions to weights of Greville points that integrate all of
   !! them, so that a uniform pressure is one on the control points too. Strong grading may make such

@@ -11,7 +11,8 @@ module outline
   private
 
   public :: new_region, add_polygon, join_regions, cut_cells, is_inside, inside_distance, &
-            signed_area, cut_to_box, covers_box, share_along, plane_of, in_space
+            signed_area, cut_to_box, covers_box, share_along, plane_of, in_space, cells_at, &
+            places_inside
 
   integer, parameter, public :: n_moments = 6     !! of 1, x, y, x^2, x y, y^2
 
@@ -289,6 +290,49 @@ contains
       is_inside = is_inside .and. (is_odd .neqv. regions(r)%is_outside)
     end do
   end function is_inside
+
+  !> First and last cell that a coordinate lies in: two at a line between them.
+  pure function cells_at(lines, x) result(cells)
+    real(wp), intent(in) :: lines(:)               !! of the grid, rising
+    real(wp), intent(in) :: x
+    integer :: cells(2)
+    real(wp), parameter :: round_off = 1.0e-9_wp   ! of the grid
+    real(wp) :: little
+
+    little = round_off*(lines(size(lines)) - lines(1))
+    cells = [count(lines < x - little), count(lines <= x + little)]
+    cells = min(max(cells, 1), size(lines) - 1)
+  end function cells_at
+
+  !> Which places of a tensor grid count, tested one by one only at cells that are cut.
+  pure function places_inside(regions, lines1, lines2, share, xi, eta, margin) result(is_in)
+    type(region_t), intent(in) :: regions(:)
+    real(wp), intent(in) :: lines1(:), lines2(:)   !! of the cells, rising
+    real(wp), intent(in) :: share(:, :)            !! of each cell that is inside
+    real(wp), intent(in) :: xi(:), eta(:)          !! coordinates of the places
+    real(wp), intent(in) :: margin                 !! distance outside, over the whole grid, up to
+                                                   !! which a place counts; 0: none does
+    logical :: is_in(size(xi), size(eta))
+    integer :: cells1(2, size(xi)), cells2(2), i, j
+
+    do i = 1, size(xi)
+      cells1(:, i) = cells_at(lines1, xi(i))
+    end do
+    do j = 1, size(eta)
+      cells2 = cells_at(lines2, eta(j))
+      do i = 1, size(xi)
+        associate (around => share(cells1(1, i):cells1(2, i), cells2(1):cells2(2)))
+          is_in(i, j) = any(around > 0.0_wp)
+          if (.not. is_in(i, j) .or. all(around >= 1.0_wp)) cycle
+        end associate
+        is_in(i, j) = is_inside(regions, [xi(i), eta(j)])
+        if (is_in(i, j) .or. margin <= 0.0_wp) cycle
+        is_in(i, j) = inside_distance(regions, [xi(i), eta(j)], &
+                                      1.0_wp/[lines1(size(lines1)) - lines1(1), &
+                                              lines2(size(lines2)) - lines2(1)]) > -margin
+      end do
+    end do
+  end function places_inside
 
   !> Distance from the border of what all regions have in common, negative outside. It is exact near
   !! a border; lengths are those along both axes times `scale`. What runs along the bounds of a

@@ -140,7 +140,10 @@ contains
     else
       call trim_contact(pair%pair, trimmed%area, lost)
     end if
-    call trim_samples(pair%samples, pair%pair, body%regions)
+    associate (axes => body%grid%axes)
+      call trim_samples(pair%samples, pair%pair, breaks(axes(1)), breaks(axes(2)), &
+                        body%ties%share, body%regions)
+    end associate
     pair%energy = pair%energy - lost
     pair%external_work = pair%external_work - lost
   end subroutine trim_pair

@@ -1,7 +1,7 @@
 """Shells and solids inside outlines that cut their elements.
 
 A strip in tension has the same stress everywhere, whatever slivers its edges leave. What is
-symmetric stays so. Free disks have
+symmetric stays so, under contact too. Free disks have
 the frequencies of plates (A. W. Leissa, Vibration of Plates, NASA SP-160, 1969, sec. 2.1.3), worked
 out here from the frequency equation of two nodal diameters; masses summed by rows give an error
 that falls with the square of the elements. Solids shear and twist at the edge, as plates do not:
@@ -63,10 +63,10 @@ def strips(case, element):
                        "its value", np.abs(values / stress - 1).max(), 2e-6)
 
 
-def mirrored(case, element, **settings):
-    """A square with a hole in its middle, pulled at all sides, equals its mirror images by the
-    axes and by the line between them, whatever elements the hole cuts."""
-    run = case.run("outline_hole", element=element, **settings)
+def mirrored(case, deck, element, **settings):
+    """A square with a hole in its middle, pulled at all sides, or a disk, pressed all over, equals
+    its mirror images by the axes and by the line between them, whatever elements are cut."""
+    run = case.run(deck, element=element, **settings)
     fields = {name: run.fields[name] for name in ("thinning", "mises", "major_strain")}
     fields["displacement"] = run.points - run.start
     is_left = run.fields["edge_distance"] > 0
@@ -74,8 +74,8 @@ def mirrored(case, element, **settings):
     order = np.lexsort(key.T)
     points = run.at_points
     is_wrong = np.isnan(points["stress"][..., 0]) != (points["reference_volume"] == 0)
-    case.deviation(f"points of integration that are NaN and not in the hole, or the other way "
-                   f"round, {element}, {settings}", np.count_nonzero(is_wrong), 0)
+    case.deviation(f"points of integration that are NaN and not cut away, or the other way "
+                   f"round, {deck}, {element}, {settings}", np.count_nonzero(is_wrong), 0)
     worst = 0.0
     for matrix in (np.diag([-1, 1, 1]), np.diag([1, -1, 1]), np.eye(3)[[1, 0, 2]]):
         image = np.lexsort((key @ matrix + 0.0).T)
@@ -83,8 +83,8 @@ def mirrored(case, element, **settings):
             turned = values @ matrix if values.ndim == 2 else values
             apart = np.abs(turned[image] - values[order])[is_left[order]]
             worst = max(worst, apart.max() / np.abs(values[is_left]).max())
-    case.deviation(f"fields of a square with a hole, {element}, {settings}, against those of its "
-                   "mirror images", worst, 2e-8)
+    case.deviation(f"fields of {deck}, {element}, {settings}, against those of its mirror images",
+                   worst, 2e-8)
 
 
 def loads(case, element):
@@ -192,8 +192,9 @@ def main():
     lines, ends = [], []
     for element, style in ((SHELLS, "o-"), (SOLIDS, "s--")):
         strips(case, element)
-        mirrored(case, element)
-        mirrored(case, element, p=3, n=15)
+        mirrored(case, "outline_hole", element)
+        mirrored(case, "outline_hole", element, p=3, n=15)
+        mirrored(case, "outline_press", element)
         loads(case, element)
         flight(case, element)
         sizes, errors = disks(case, element, exact)
@@ -201,6 +202,7 @@ def main():
             case.rate("rate of the frequency", sizes, errors, 1.8, 2.3)
         lines.append((f"free disk, {element}", style, sizes, np.abs(errors)))
         ends.append(chain(case, element))
+    mirrored(case, "outline_press", SHELLS, points='"KNOT"')
     same_bits(case, "trim_press", 2, 3, element=SHELLS)        # a contact begins after it
     same_bits(case, "trim_chain", 2, 3, element=SOLIDS)        # it swings, after the second cut
     pieces(case)
