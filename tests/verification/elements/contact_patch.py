@@ -6,7 +6,7 @@ from suite import Case
 
 AREA = 20 * 16
 # Crossings of knots are fewer than the splines of degree 2 and up; largest error and loss of force.
-KNOT = {2: (0.695, 0.231), 3: (2.07, 0.369), 4: (3.48, 0.442)}
+KNOT = {2: (0.454, 0.116), 3: (1.49, 0.229), 4: (2.56, 0.297)}
 
 
 def main():
