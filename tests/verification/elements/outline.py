@@ -76,6 +76,8 @@ def mirrored(case, deck, element, **settings):
     is_wrong = np.isnan(points["stress"][..., 0]) != (points["reference_volume"] == 0)
     case.deviation(f"points of integration that are NaN and not cut away, or the other way "
                    f"round, {deck}, {element}, {settings}", np.count_nonzero(is_wrong), 0)
+    if deck == "outline_hole" and element == SHELLS:
+        follow_strains(case, points, settings)
     worst = 0.0
     for matrix in (np.diag([-1, 1, 1]), np.diag([1, -1, 1]), np.eye(3)[[1, 0, 2]]):
         image = np.lexsort((key @ matrix + 0.0).T)
@@ -85,6 +87,19 @@ def mirrored(case, deck, element, **settings):
             worst = max(worst, apart.max() / np.abs(values[is_left]).max())
     case.deviation(f"fields of {deck}, {element}, {settings}, against those of its mirror images",
                    worst, 2e-8)
+
+
+def follow_strains(case, points, settings):
+    """Principal stresses in plane stress by Hooke's law, from the strains of the same points."""
+    stress, strain = (points[name].reshape(-1, n) for name, n in (("stress", 6),
+                                                                  ("principal_strain", 2)))
+    xx, yy, xy = stress[np.isfinite(stress[:, 0])][:, [0, 1, 3]].T
+    radius = np.hypot((xx - yy) / 2, xy)
+    found = np.stack([(xx + yy) / 2 + radius, (xx + yy) / 2 - radius], axis=1)
+    strain = strain[np.isfinite(strain[:, 0])]
+    due = YOUNG / (1 - POISSON**2) * (strain + POISSON * strain[:, ::-1])
+    case.deviation(f"stresses at the points of a square with a hole, {settings}, against Hooke's "
+                   "law for their strains", np.abs(found - due).max() / found.max(), 3e-4)
 
 
 def loads(case, element):
@@ -128,6 +143,11 @@ def flight(case, element):
                        np.abs(momentum / (mass * speed) - 1).max(), 3e-6)
         case.error(f"kinetic energy of the flying {what}, {element}",
                    run.history["kinetic_energy"][at], mass * speed @ speed / 2, 3e-6)
+    place, volume = (run.at_points[f"reference_{name}"] for name in ("position", "volume"))
+    apart = ((place - np.average(place, axis=(0, 1, 2), weights=volume))[..., :2]**2).sum(-1)
+    case.error(f"volume of the points of the disk, {element}", volume.sum(), THICKNESS * area, 3e-6)
+    case.error(f"mean square of their distance from its middle, {element}",
+               np.average(apart, weights=volume), 11.0**2 / 2, 3e-6)
     case.deviation(f"energy balance across the trim in flight, {element}",
                    np.abs(run.history["energy_error"]).max(), 1e-9)
 

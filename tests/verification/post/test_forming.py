@@ -243,6 +243,18 @@ class TestHole(unittest.TestCase):
                 self.assertEqual((len(minor), len(major)), (n, n))
                 self.assertTrue(np.all(np.isfinite([minor, major])))
 
+    def test_the_diagram_has_no_points_in_the_hole(self):
+        with Results(self.path) as results:
+            strains, place, volume = (results.points(name) for name in (
+                "principal_strain", "reference_position", "reference_volume"))
+            is_left = np.isfinite(strains[..., 0])
+            self.assertGreater(np.linalg.norm(place[is_left][:, :2] - self.centre, axis=1).min(),
+                               self.radius)
+            self.assertAlmostEqual(volume.sum(), 200 - np.pi * self.radius**2, delta=1e-5)
+            for layer in fld.LAYERS:
+                self.assertEqual(len(fld.strains(results, 2, layer)[0]),
+                                 np.count_nonzero(is_left[0]))
+
     def test_principal_stresses_are_none_where_nothing_is_left(self):
         with Results(self.path) as results:
             tensor, largest = (results.blank_grid(name, 2)[0] for name in ("stress", "stress_max"))

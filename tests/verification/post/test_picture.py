@@ -292,6 +292,19 @@ class TestOutline(unittest.TestCase):
             self.assertAlmostEqual(np.abs(own[:, 1] - own[:, 0]).sum(), own.max() - hole, delta=0.2)
 
 
+    def test_integration_points_have_the_moments_of_the_sheet(self):
+        with Results(self.path) as results:
+            x, y = results.points("reference_position").reshape(-1, 3)[:, :2].T
+            volume = results.points("reference_volume").ravel()
+        hole = np.pi * 6.5**2
+        for weight, moment in (
+                (1, np.pi * 50**2 / 4 - hole), (x, 50**3 / 3 - 24 * hole),
+                (y, 50**3 / 3 - 24 * hole),
+                (x**2, np.pi * 50**4 / 16 - hole * (6.5**2 / 4 + 24**2)),
+                (y**2, np.pi * 50**4 / 16 - hole * (6.5**2 / 4 + 24**2)),
+                (x * y, 50**4 / 8 - hole * 24**2)):
+            np.testing.assert_allclose((weight * volume).sum(), moment, rtol=3e-8)
+
     def test_sections_end_at_the_curves(self):
         with Results(self.path) as results:
             for axis, name in ((1, "y"), (0, "x")):
