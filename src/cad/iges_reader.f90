@@ -82,7 +82,7 @@ contains
     type(nurbs_surface_t), allocatable, intent(inout) :: surfaces(:)
     type(string_t), allocatable, intent(inout) :: faults(:)
     type(error_list_t) :: before
-    type(string_t), allocatable :: skipped(:)
+    type(string_t), allocatable :: skipped(:), bounded(:)
     character(:), allocatable :: found
     integer :: i, n, n_bad
 
@@ -108,7 +108,10 @@ contains
     if (n_bad > 0) return
     taken = taken(:n)
     surfaces = surfaces(:n)
-    if (request%is_listing) faults = [faults, bounded_lines(model, reason)]
+    if (request%is_listing) then
+      bounded = bounded_lines(model, reason)
+      call append_all(bounded, faults)
+    end if
     if (n > 0) return
     skipped = skipped_lines(model, reason)
     found = "no surface for a tool"
@@ -176,9 +179,23 @@ contains
       call append_text(lines, line//", "//surface_words(surfaces(i), seams%is_reversed(i)))
     end do
     if (request%with_extents) call append_text(report, box_text(all_boxes))
-    report = [report, lines, faults, skipped_lines(model, reason)]
+    call append_all(lines, report)
+    call append_all(faults, report)
+    lines = skipped_lines(model, reason)
+    call append_all(lines, report)
     call append_text(report, seam_line(seams))
   end subroutine write_report
+
+  !> Not by an array constructor, which never frees the texts of a function's result.
+  subroutine append_all(lines, report)
+    type(string_t), intent(in) :: lines(:)
+    type(string_t), allocatable, intent(inout) :: report(:)
+    integer :: i
+
+    do i = 1, size(lines)
+      call append_text(report, lines(i)%value)
+    end do
+  end subroutine append_all
 
   !> Such as `box (0, 0, 0) to (1, 2, 3)`.
   function box_text(box) result(words)

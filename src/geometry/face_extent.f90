@@ -9,7 +9,7 @@ module face_extent
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
   use surface_trim, only: trim_t, new_trim, is_inside
-  use trim_curve, only: evaluate_curve, curve_point
+  use trim_curve, only: trim_loop_t, evaluate_curve, curve_point
   use trim_loops, only: rectangle_loop
   implicit none
   private
@@ -90,11 +90,13 @@ contains
   pure function trim_of(surface) result(trim)
     type(nurbs_surface_t), intent(in) :: surface
     type(trim_t) :: trim
+    type(trim_loop_t) :: border(1)
 
     if (allocated(surface%loops)) then
       call new_trim(trim, surface%axes, surface%loops)
     else
-      call new_trim(trim, surface%axes, [rectangle_loop(surface)])
+      border(1) = rectangle_loop(surface)
+      call new_trim(trim, surface%axes, border)
     end if
   end function trim_of
 

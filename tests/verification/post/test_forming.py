@@ -198,7 +198,7 @@ LINE, 9.5, 6.5
                 line = sheet.strain_line(frame)[1]
                 self.assertTrue(np.all((low <= line) & (line <= high)))
             _, volume = results.plastic_strain(sheet.last)
-            self.assertGreater(results.points("reference_volume").sum(), 1.05 * volume.sum())
+            self.assertAlmostEqual(results.points("reference_volume").sum(), volume.sum(), 6)
 
     def test_elements_in_a_small_hole_are_gone(self):
         """All corners of the hole's two elements belong to others as well."""
