@@ -202,8 +202,10 @@ def gone_points(case, element, run):
         volume = file["points/reference_volume"][...].reshape(6, 10, 2, 15, 2)
     case.deviation(f"values of the chain that are NaN and not gone, or the other way round, "
                    f"{element}", n_wrong, 0)
-    case.between(f"elements of the chain that are gone and had a volume, {element}",
-                 np.count_nonzero(is_gone & (volume[0, :, 0, :, 0] > 0)), 90, 100)
+    case.between(f"elements of the chain that are gone, {element}", np.count_nonzero(is_gone), 90,
+                 100)
+    case.deviation(f"points of the chain without volume and not gone, or the other way round, "
+                   f"{element}", np.count_nonzero((volume == 0) != is_gone[:, None, :, None]), 0)
 
 
 def main():
