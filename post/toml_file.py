@@ -1,4 +1,4 @@
-"""TOML files that describe work, read and checked: all faults are told in one go."""
+"""TOML files that describe work, read and checked: all faults are reported in one go."""
 import difflib
 import sys
 import tomllib
@@ -34,7 +34,7 @@ def hint(name, known):
 
 class TomlReader:
     """Takes the tables of a file apart and notes what is wrong. Others add `take`."""
-    places = {}     # where a key belongs, told where it stands elsewhere
+    places = {}     # where a key belongs, for a key that stands elsewhere
 
     def __init__(self, path):
         self.path = path
