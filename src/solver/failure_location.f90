@@ -45,7 +45,7 @@ contains
     associate (element => blank%parts(blank%report%failed_part)%element)
       now = grid_now(element)
       q = element%rule%n
-      allocate (stress(6, q(1), q(2), q(3)), state(blank%law%n_state, q(1), q(2), q(3)))
+      call make_room(q, blank%law%n_state, stress, state)
       elements = element%elements_of_block(blank%report%failed_block)
       least = 0.0_wp
       do n = 1, size(elements, 2)
@@ -101,6 +101,14 @@ contains
     end do
   end function location_of_smallest
 
+  !> Room for stress and state of the points of an element.
+  pure subroutine make_room(q, n_state, stress, state)
+    integer, intent(in) :: q(3), n_state
+    real(wp), allocatable, intent(out) :: stress(:, :, :, :), state(:, :, :, :)
+
+    allocate (stress(6, q(1), q(2), q(3)), state(n_state, q(1), q(2), q(3)))
+  end subroutine make_room
+
   !> The point with the largest simple shear, see `sheet_shear`, among the most strained ones of all
   !! elements; none found where none can have sheared by one.
   subroutine most_sheared(blank, location, shear)
@@ -110,15 +118,13 @@ contains
     type(nurbs_solid_t) :: now
     real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
     real(wp) :: here, start(3, 3), j(3, 3), x(3)
-    integer :: p, n, q(3), e(3), point(3)
+    integer :: p, n, e(3), point(3)
 
     shear = 0.0_wp
     do p = 1, size(blank%parts)
       associate (element => blank%parts(p)%element)
         now = grid_now(element)
-        q = element%rule%n
-        if (allocated(stress)) deallocate (stress, state)
-        allocate (stress(6, q(1), q(2), q(3)), state(blank%law%n_state, q(1), q(2), q(3)))
+        call make_room(element%rule%n, blank%law%n_state, stress, state)
         e = [0, 1, 1]
         do n = 1, product(element%n_elements)
           call next_element(element%n_elements, e)
@@ -144,14 +150,12 @@ contains
     type(location_t), intent(out) :: location
     real(wp), intent(out) :: damage
     real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
-    integer :: p, n, q(3), e(3)
+    integer :: p, n, e(3)
 
     damage = 0.0_wp
     do p = 1, size(blank%parts)
       associate (element => blank%parts(p)%element)
-        q = element%rule%n
-        if (allocated(stress)) deallocate (stress, state)
-        allocate (stress(6, q(1), q(2), q(3)), state(blank%law%n_state, q(1), q(2), q(3)))
+        call make_room(element%rule%n, blank%law%n_state, stress, state)
         e = [0, 1, 1]
         do n = 1, product(element%n_elements)
           call next_element(element%n_elements, e)
