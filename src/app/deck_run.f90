@@ -19,6 +19,7 @@ module deck_run
   use shell_joints, only: joint_words
   use blank, only: n_elements_of, last_element_number, n_controls_of, mass_of
   use model, only: model_t
+  use ranks, only: ranks_t, is_first, share_error
   use contact_effect, only: contact_view_t, contact_pairs
   use contact_report, only: log_contact
   use damping, only: relaxation_outcome
@@ -28,8 +29,8 @@ module deck_run
   use file_lock, only: lock_t, release_lock
   use system_files, only: kind_of_file, remove_file
   use hdf5_library, only: is_library_ready
-  use run_log, only: run_log_t, timings_t, open_log, silence_log, log_line, log_timings, &
-                     close_log, log_lines
+  use run_log, only: run_log_t, timings_t, open_log, silence_log, mute_log, is_muted, log_line, &
+                     log_timings, close_log, log_lines
   use child_process, only: c_text
   use interrupt, only: watch_signals
   use run_state, only: run_t, wall_seconds
@@ -65,8 +66,10 @@ contains
 
   !> Carry out the command; returns the exit code. Nothing is written before the deck
   !! and the model are accepted.
-  integer function run_deck(command) result(code)
+  !! Several processes share the run of a deck; what else a command asks for is up to the first one.
+  integer function run_deck(command, ranks) result(code)
     type(command_t), intent(in) :: command
+    class(ranks_t), intent(in), optional :: ranks      !! absent: one
     type(scene_t) :: scene
     type(model_t) :: model
     type(user_library_t), allocatable :: library
@@ -82,14 +85,18 @@ contains
     call omp_set_dynamic(.false.)
     if (command%n_threads > 0) call omp_set_num_threads(command%n_threads)
     call read_deck(command%deck, command%overrides, scene, errors, is_check=command%is_check)
-    if (n_errors(errors) == 0) call load_user_files(command, scene, library, errors)
-    if (n_errors(errors) == 0) call build_model(scene, model, errors, library)
+    if (is_sound(errors, ranks)) call load_in_turn(command, scene, library, errors, ranks)
+    if (is_sound(errors, ranks)) call build_model(scene, model, errors, library)
     allocate (lines(0))
     if (is_built(model) .and. command%n_modes == 0) &
       call check_setup(scene, model, errors, lines)
     if (command%is_check .and. n_errors(errors) == 0) &
       call check_torsion(model, scene%blank%origin, errors)
-    call report_errors(errors, error_unit)
+    code = exit_input
+    if (is_failed_elsewhere(n_errors(errors) > 0, ranks)) return
+    if (n_errors(errors) > 0 .or. is_first_of(ranks)) call report_errors(errors, error_unit)
+    code = exit_done
+    if ((command%is_check .or. command%n_modes > 0) .and. .not. is_first_of(ranks)) return
     if (command%is_start .and. is_built(model)) then
       call write_start_frame(command, scene, model, error)
       if (allocated(error)) then
@@ -121,9 +128,56 @@ contains
     else if (command%n_modes > 0) then
       code = report_modes(model, command%n_modes)
     else
+      if (present(ranks)) allocate (model%ranks, source=ranks)
       code = run_accepted(command, scene, model)
     end if
   end function run_deck
+
+  !> Is there no error, at no process?
+  logical function is_sound(errors, ranks)
+    type(error_list_t), intent(in) :: errors
+    class(ranks_t), intent(in), optional :: ranks
+
+    is_sound = n_errors(errors) == 0
+    if (present(ranks)) is_sound = ranks%largest(n_errors(errors)) == 0
+  end function is_sound
+
+  !> Is this the first process, or the only one?
+  pure logical function is_first_of(ranks)
+    class(ranks_t), intent(in), optional :: ranks
+
+    is_first_of = .true.
+    if (present(ranks)) is_first_of = is_first(ranks)
+  end function is_first_of
+
+  !> The first process compiles the subroutines of a user, the others take what it has made.
+  subroutine load_in_turn(command, scene, library, errors, ranks)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(inout) :: scene
+    type(user_library_t), allocatable, intent(out) :: library
+    type(error_list_t), intent(inout) :: errors
+    class(ranks_t), intent(in), optional :: ranks
+
+    if (present(ranks)) then
+      if (.not. is_first(ranks)) call ranks%wait()
+    end if
+    call load_user_files(command, scene, library, errors)
+    if (present(ranks)) then
+      if (is_first(ranks)) call ranks%wait()
+    end if
+  end subroutine load_in_turn
+
+  !> Does another process tell why all of them end? Of those that fail the first one does.
+  logical function is_failed_elsewhere(is_failed, ranks) result(is_told)
+    logical, intent(in) :: is_failed                   !! here
+    class(ranks_t), intent(in), optional :: ranks
+    integer :: first
+
+    is_told = .false.
+    if (.not. present(ranks)) return
+    first = ranks%n - ranks%largest(merge(ranks%n - ranks%number, 0, is_failed))
+    is_told = first < ranks%n .and. first /= ranks%number
+  end function is_failed_elsewhere
 
   !> Is the model complete but for effects with errors?
   pure logical function is_built(model)
@@ -185,7 +239,11 @@ contains
     read_files = files_read(command, scene)
     call fill_setup(scene, model, setup)
     setup%provenance%identity = identity_of(command, scene)
-    call result_path(command, read_files, setup%path, error)
+    if (is_leading(model)) call result_path(command, read_files, setup%path, error)
+    if (allocated(model%ranks)) then
+      call share_error(model%ranks, error)
+      if (.not. allocated(error)) call model%ranks%share_text(setup%path, 0)
+    end if
     if (.not. allocated(error)) then
       call new_saver(command, scene, setup%path, read_files, saver)
       log_file = path_beside_result(setup%path, ".log", read_files)
@@ -195,11 +253,15 @@ contains
       call begin(command, setup, log_file, message_file, saver, model, run, results, lock, error)
     end if
     if (allocated(error)) then
-      write (error_unit, "(a)") "igaform: "//error%message
+      if (is_leading(model)) write (error_unit, "(a)") "igaform: "//error%message
       code = merge(exit_files, exit_input, run%is_file_lost)
       return
     end if
-    call open_log(log, log_file, command%is_quiet, error, is_going_on=run%is_resumed)
+    if (is_leading(model)) then
+      call open_log(log, log_file, command%is_quiet, error, is_going_on=run%is_resumed)
+    else
+      call mute_log(log)
+    end if
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: warning: "//error%message// &
         "; the run continues without it"
@@ -225,12 +287,19 @@ contains
       if (code == exit_files) call report_restart(log, saver)
     end if
     call finish(model, run, results, log, code)
-    if (code == exit_done) call drop_checkpoint(saver, run, log)
+    if (code == exit_done .and. is_leading(model)) call drop_checkpoint(saver, run, log)
     if (code == exit_interrupted) call log_line(log, "continue with --restart "//saver%path)
     call close_log(log)
     call release_lock(lock)
     if (message_file /= "") call close_message_file(message_file)
   end function run_accepted
+
+  !> Is this the process that has the files and the terminal?
+  pure logical function is_leading(model)
+    type(model_t), intent(in) :: model
+
+    is_leading = is_first_of(model%ranks)
+  end function is_leading
 
   !> Log what is about to run and what a restart continues.
   subroutine log_start(log, command, scene, model, setup, saver, run)
@@ -262,8 +331,12 @@ contains
     type(error_t), allocatable, intent(out) :: error
     logical :: is_new
 
-    is_new = kind_of_file(log_file) == ""
-    call claim_files(log_file, message_file, saver, lock, error)
+    is_new = .false.
+    if (is_leading(model)) then
+      is_new = kind_of_file(log_file) == ""
+      call claim_files(log_file, message_file, saver, lock, error)
+    end if
+    if (allocated(model%ranks)) call share_error(model%ranks, error)
     if (allocated(error)) return
     call start_run(command, setup, saver, model, run, results, error)
     if (.not. allocated(error)) return
@@ -296,6 +369,7 @@ contains
     integer :: code, i
 
     call c_f_pointer(context, open_run)
+    if (allocated(open_run%model%ranks)) call end_all(open_run%model%ranks, message)
     call silence_log(open_run%log)      ! a unit that subroutines know may be locked
     is_ready = is_library_ready()   ! silenced for each thread, and this may be any
     line = "error: "
@@ -310,6 +384,18 @@ contains
     call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)
     call close_log(open_run%log)
   end subroutine save_open_run
+
+  !> A process ends inside a user's subroutine, while the others wait for it: none of them can save
+  !! anything, and what was saved last stays.
+  subroutine end_all(ranks, message)
+    class(ranks_t), intent(in) :: ranks
+    character(kind=c_char), intent(in) :: message(:)
+
+    write (error_unit, "(*(a))") "igaform: error: ", message, ", in process "// &
+      to_text(ranks%number)//" of "//to_text(ranks%n)
+    flush (error_unit)
+    call ranks%give_up(exit_numerics)
+  end subroutine end_all
 
   !> Close the file with its timings and end the log.
   subroutine finish(model, run, results, log, code)
@@ -393,7 +479,7 @@ contains
     type(run_log_t), intent(inout) :: log
     character(*), intent(in) :: message
 
-    write (error_unit, "(a)") "igaform: error: "//message
+    if (.not. is_muted(log)) write (error_unit, "(a)") "igaform: error: "//message
     call log_line(log, "error: "//message)
   end subroutine report_error
 

@@ -6,6 +6,7 @@ module run_start
   use build_info, only: version, git_commit
   use scene, only: scene_t
   use model, only: model_t
+  use ranks, only: is_first, share_error
   use state_store, only: state_store_t
   use checkpoint, only: read_checkpoint, draft_t, draw_result, place_result, drop_result, &
                         remove_leftovers, is_replaceable
@@ -112,21 +113,25 @@ contains
     type(results_t), intent(out) :: results
     type(error_t), allocatable, intent(out) :: error
     type(draft_t) :: draft
+    logical :: is_leading
 
     call new_run(model, run)
     call add_watch(model%timer, "checkpoint", run%watch_state)
+    is_leading = .true.
+    if (allocated(model%ranks)) is_leading = is_first(model%ranks)
     if (command%restart == "") then
-      call open_results(results, setup, error)
-      if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
+      call open_results(results, setup, error, ranks=model%ranks)
+      if (.not. allocated(error) .and. is_leading) call remove_leftovers(setup%path, saver%path)
       return
     end if
     call take_up(command, setup, saver, model, run, draft, error)
     if (allocated(error)) return
-    call place_result(draft, error)
+    if (is_leading) call place_result(draft, error)
+    if (allocated(model%ranks)) call share_error(model%ranks, error)
     if (allocated(error)) return
-    call open_results(results, setup, error, saver%verified%n_frames)
+    call open_results(results, setup, error, saver%verified%n_frames, model%ranks)
     run%is_file_lost = allocated(error)   ! what was there before is replaced already
-    if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
+    if (.not. allocated(error) .and. is_leading) call remove_leftovers(setup%path, saver%path)
     if (.not. is_same_file(command%restart, saver%path)) return
     saver%saved_step = run%n_steps
     saver%saved_deck_step = model%i_step
@@ -143,14 +148,25 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(state_store_t) :: store
     character(:), allocatable :: why
+    logical :: is_leading
 
+    is_leading = .true.
+    if (allocated(model%ranks)) is_leading = is_first(model%ranks)
     call read_checkpoint(command%restart, saver%header, store, error, saver%other_build, &
                          saver%changes)
+    if (allocated(model%ranks)) call share_error(model%ranks, error)
     if (allocated(error)) return
-    call draw_result(command%restart, setup%path, draft, error)
+    why = ""
+    if (is_leading) call draw_result(command%restart, setup%path, draft, error)
+    if (is_leading .and. .not. allocated(error)) then
+      call keep_edge_distance(draft%path, setup)
+      why = layout_problem(draft%path, setup)
+    end if
+    if (allocated(model%ranks)) then
+      call share_error(model%ranks, error)
+      call model%ranks%share_text(why, 0)
+    end if
     if (allocated(error)) return
-    call keep_edge_distance(draft%path, setup)
-    why = layout_problem(draft%path, setup)
     if (why /= "") then
       why = "its result cannot be continued: "//why
     else
@@ -158,7 +174,7 @@ contains
       why = state_problem(store, run)
     end if
     if (why == "") return
-    call drop_result(draft)
+    if (is_leading) call drop_result(draft)
     call fail(error, "checkpoint '"//command%restart//"' rejected: "//why)
   end subroutine take_up
 

@@ -8,7 +8,7 @@ module state_store
   private
 
   public :: state_store_t, enter_folder, carry, carry_array, carry_field, carry_flags
-  public :: carry_indices, has_state
+  public :: carry_indices, carry_columns, has_state
   public :: add_entry
   public :: empty_store
 
@@ -16,6 +16,9 @@ module state_store
   type, public :: state_entry_t
     character(:), allocatable :: name
     real(wp), allocatable :: values(:)
+    !> Of a table of which only some columns are there: which, and how many it has.
+    integer, allocatable :: columns(:)
+    integer :: n_columns = 0
   end type state_entry_t
 
   !> All of them; `entries` is longer than `n_entries` says.
@@ -87,6 +90,8 @@ contains
       do i = 1, store%n_entries
         call move_alloc(store%entries(i)%name, wider(i)%name)
         call move_alloc(store%entries(i)%values, wider(i)%values)
+        call move_alloc(store%entries(i)%columns, wider(i)%columns)
+        wider(i)%n_columns = store%entries(i)%n_columns
       end do
       call move_alloc(wider, store%entries)
     end if
@@ -94,6 +99,7 @@ contains
     place = store%n_entries
     associate (entry => store%entries(place))
       entry%name = name
+      if (allocated(entry%columns)) deallocate (entry%columns)
       if (allocated(entry%values)) then
         if (size(entry%values) /= n) deallocate (entry%values)
       end if
@@ -156,6 +162,74 @@ contains
       !$omp end parallel do simd
     end associate
   end subroutine carry_field
+
+  !> The same for a table of which some columns are held here and others elsewhere. These alone are
+  !! put; a store that has all columns, or the same ones, gives them back.
+  subroutine carry_columns(store, name, n, n_columns, values, columns)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer, intent(in) :: n                        !! numbers of a column
+    integer, intent(in) :: n_columns
+    real(wp), intent(inout) :: values(n, n_columns)
+    integer, intent(in), optional :: columns(:)     !! those held here, in rising order; absent: all
+    integer :: place
+
+    if (.not. present(columns)) then
+      call carry_field(store, name, n*n_columns, values)
+    else if (store%is_taking) then
+      call take_columns(store, name, n, n_columns, columns, values)
+    else
+      call add_room(store, full_name(store, name), n*size(columns), place)
+      if (place == 0) return
+      associate (entry => store%entries(place))
+        entry%columns = columns
+        entry%n_columns = n_columns
+        call pack_columns(n, n_columns, columns, values, entry%values)
+      end associate
+    end if
+  end subroutine carry_columns
+
+  subroutine pack_columns(n, n_columns, columns, values, packed)
+    integer, intent(in) :: n, n_columns, columns(:)
+    real(wp), intent(in) :: values(n, n_columns)
+    real(wp), intent(out) :: packed(n, size(columns))
+    integer :: i
+
+    !$omp parallel do schedule(static)
+    do i = 1, size(columns)
+      packed(:, i) = values(:, columns(i))
+    end do
+    !$omp end parallel do
+  end subroutine pack_columns
+
+  pure subroutine take_columns(store, name, n, n_columns, columns, values)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer, intent(in) :: n, n_columns, columns(:)
+    real(wp), intent(inout) :: values(n, n_columns)
+    integer :: place, i, from
+
+    place = find(store, full_name(store, name))
+    if (place == 0) then
+      call note(store, full_name(store, name)//" is missing")
+      return
+    end if
+    associate (entry => store%entries(place))
+      if (size(entry%values) == n*n_columns) then
+        do i = 1, size(columns)
+          from = n*(columns(i) - 1)
+          values(:, columns(i)) = entry%values(from + 1:from + n)
+        end do
+      else if (size(entry%values) == n*size(columns)) then
+        do i = 1, size(columns)
+          values(:, columns(i)) = entry%values(n*(i - 1) + 1:n*i)
+        end do
+      else
+        call note(store, full_name(store, name)//" has "//counted(size(entry%values), "number")// &
+                  " instead of "//to_text(n*n_columns))
+      end if
+    end associate
+  end subroutine take_columns
 
   !> The same for answers of yes and no.
   pure subroutine carry_flags(store, name, n, flags)

@@ -8,6 +8,7 @@ module element
   use failure, only: error_t, fail
   use text, only: string_t, to_text, append_text, counted
   use state_store, only: state_store_t, carry_field
+  use ranks, only: ranks_t
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t, solid_face, evaluate_solid
   use nurbs_surface, only: nurbs_surface_t
@@ -107,6 +108,9 @@ module element
     procedure :: bending_lag => no_lag
     procedure :: bending_copy => copy_of_element
     procedure :: take_moduli => keep_moduli
+    procedure :: tile_loads => no_tiles
+    procedure :: share_tiles => keep_tiles
+    procedure :: work_all => keep_all
     procedure :: begin_step => keep_time
     procedure :: allow_viscosity => keep_viscosity
     procedure :: forget_faces => keep_no_faces
@@ -605,6 +609,26 @@ contains
     class(element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
   end subroutine keep_moduli
+
+  !> Elements of each tile, which processes can share; none: each of them works all.
+  pure function no_tiles(self) result(loads)
+    class(element_t), intent(in) :: self
+    real(wp), allocatable :: loads(:)
+
+    allocate (loads(0))
+  end function no_tiles
+
+  !> Work but the own share of the tiles from now on, given the last tile of each process.
+  subroutine keep_tiles(self, ranks, last)
+    class(element_t), intent(inout) :: self
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: last(:)
+  end subroutine keep_tiles
+
+  !> Work all tiles again, as the other processes do: the state of all points must be there.
+  subroutine keep_all(self)
+    class(element_t), intent(inout) :: self
+  end subroutine keep_all
 
   !> A step of the deck begins.
   pure subroutine keep_time(self, step, time)

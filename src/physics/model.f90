@@ -3,6 +3,7 @@
 module model
   use kinds, only: wp
   use timer, only: timer_t, add_watch
+  use ranks, only: ranks_t
   use scene, only: step_spec_t, output_spec_t, later_step_t, probe_spec_t
   use blank, only: assembly_t
   use blank_trim, only: trim_t
@@ -37,6 +38,7 @@ module model
     real(wp) :: penalty = 0.0_wp        !! greatest sum of s of stiffnesses s m/dt^2 on a face
     real(wp) :: width_ratio = 1.0_wp    !! of what the results tell to what is computed
     type(timer_t) :: timer
+    class(ranks_t), allocatable :: ranks !! processes that share the run; absent: one works all
   end type model_t
 
 contains

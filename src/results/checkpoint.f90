@@ -11,6 +11,8 @@ module checkpoint
   use failure, only: error_t, fail
   use text, only: string_t, to_text, append_text
   use checksum, only: file_checksum
+  use ranks, only: ranks_t, is_first, share_error
+  use store_gather, only: gather_tables
   use state_store, only: state_store_t, add_entry
   use system_files, only: remove_file, is_no_file, kind_of_file, true_path, draft_ending, &
                           install_file
@@ -64,11 +66,31 @@ module checkpoint
 contains
 
   !> Write a checkpoint that replaces the previous one, which stays if anything fails.
-  subroutine write_checkpoint(path, header, store, result_file, error)
+  !! Of several processes the first one writes what all of them hold.
+  subroutine write_checkpoint(path, header, store, result_file, error, ranks)
     character(*), intent(in) :: path
     type(checkpoint_header_t), intent(in) :: header
     type(state_store_t), intent(in) :: store
     character(*), intent(in) :: result_file      !! flushed; a path to the open file itself
+    type(error_t), allocatable, intent(out) :: error
+    class(ranks_t), intent(in), optional :: ranks
+    type(state_store_t) :: joined
+
+    if (.not. present(ranks)) then
+      call write_whole(path, header, store, result_file, error)
+      return
+    end if
+    joined = store
+    call gather_tables(ranks, joined, is_everywhere=.false.)
+    if (is_first(ranks)) call write_whole(path, header, joined, result_file, error)
+    call share_error(ranks, error)
+  end subroutine write_checkpoint
+
+  subroutine write_whole(path, header, store, result_file, error)
+    character(*), intent(in) :: path
+    type(checkpoint_header_t), intent(in) :: header
+    type(state_store_t), intent(in) :: store
+    character(*), intent(in) :: result_file
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: location, new, reason
 
@@ -89,7 +111,7 @@ contains
     if (.not. allocated(error)) return
     call remove_file(new)
     error%message = "checkpoint '"//path//"' not written: "//error%message
-  end subroutine write_checkpoint
+  end subroutine write_whole
 
   subroutine write_state(path, header, store, error)
     character(*), intent(in) :: path

@@ -32,7 +32,8 @@ module frames
   use tool_mesh, only: carried
   use vtkhdf, only: append_point_data, append_points, append_step, cells_t, create_grid, &
                     create_point_data, write_part_names, write_rational_weights
-  use history, only: history_t, open_history, write_history
+  use history, only: history_t, history_sample_t, open_history, write_history
+  use ranks, only: ranks_t, is_first, share_error
   use hdf5_library, only: hid_t
   use hdf5_reading, only: open_for_reading, close_reading, names_in, has_name, read_numbers
   use knot_vector, only: knot_vector_t
@@ -45,7 +46,8 @@ module frames
 
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
-  public :: open_results, write_frame, close_results, flush_results, unit_in, layout_problem
+  public :: is_writing, open_results, write_frame, close_results, flush_results, unit_in
+  public :: layout_problem
   public :: keep_edge_distance
   public :: write_frequencies, write_mode
 
@@ -53,6 +55,7 @@ module frames
   type :: results_t
     type(hdf5_file_t) :: file
     type(history_t) :: history
+    class(ranks_t), allocatable :: ranks       !! the first of them writes; absent: there is but one
     integer :: n_frames = 0                                      !! written so far
     type(unit_system_t), private :: units
     type(display_t), private :: display
@@ -65,12 +68,49 @@ module frames
 contains
 
   !> Go on with a results file, or create one with everything that does not change once the deck is
-  !! accepted. Fails if the file cannot be created (see `create_file`) or written.
-  subroutine open_results(results, setup, error, n_frames)
+  !! accepted. Fails if the file cannot be created (see `create_file`) or written. Of several
+  !! processes the first one alone has a file; the others count what is in it, and know of failures.
+  subroutine open_results(results, setup, error, n_frames, ranks)
     type(results_t), intent(out) :: results
     type(results_setup_t), intent(in) :: setup
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: n_frames   !! in the file; absent: a new file
+    class(ranks_t), intent(in), optional :: ranks
+    type(history_sample_t) :: nothing
+
+    if (present(ranks)) allocate (results%ranks, source=ranks)
+    if (is_writing(results)) then
+      call open_own_results(results, setup, error, n_frames)
+    else
+      if (present(n_frames)) results%n_frames = n_frames
+      call open_history(results%history, results%file, results%units, nothing)
+    end if
+    if (present(ranks)) call share_error(ranks, error)
+  end subroutine open_results
+
+  !> Does this process have the file?
+  pure logical function is_writing(results)
+    type(results_t), intent(in) :: results
+
+    is_writing = .true.
+    if (allocated(results%ranks)) is_writing = is_first(results%ranks)
+  end function is_writing
+
+  !> The first failure of the file, at all processes.
+  subroutine take_failure(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+
+    if (is_writing(results)) call take_error(results%file, error)
+    if (allocated(results%ranks)) call share_error(results%ranks, error)
+  end subroutine take_failure
+
+  !> The same of the process that writes.
+  subroutine open_own_results(results, setup, error, n_frames)
+    type(results_t), intent(inout) :: results
+    type(results_setup_t), intent(in) :: setup
+    type(error_t), allocatable, intent(out) :: error
+    integer, intent(in), optional :: n_frames
     type(cells_t) :: cells
     real(wp), allocatable :: weights(:)
     integer :: i
@@ -114,7 +154,7 @@ contains
     else
       call give_up_file(results%file)
     end if
-  end subroutine open_results
+  end subroutine open_own_results
 
   !> Everything that does not change, and empty series for what does.
   subroutine write_what_stays(results, setup, cells, weights)
@@ -206,10 +246,10 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: n_samples
 
-    call check_length(results%file)
+    if (is_writing(results)) call check_length(results%file)
     call write_history(results%history, results%file, n_samples)
-    call flush_file(results%file)
-    call take_error(results%file, error)
+    if (is_writing(results)) call flush_file(results%file)
+    call take_failure(results, error)
   end subroutine flush_results
 
   !> Unit of a quantity, such as `length`, in this file; empty where the deck has no label of it.
@@ -228,6 +268,21 @@ contains
     type(frame_t), intent(in) :: frame
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: n_samples   !! absent: all that wait
+
+    if (is_writing(results)) then
+      call write_own_frame(results, frame, n_samples)
+    else
+      call write_history(results%history, results%file, n_samples)
+    end if
+    results%n_frames = results%n_frames + 1
+    call take_failure(results, error)
+  end subroutine write_frame
+
+  !> The same of the process that writes.
+  subroutine write_own_frame(results, frame, n_samples)
+    type(results_t), intent(inout) :: results
+    type(frame_t), intent(in) :: frame
+    integer, intent(in), optional :: n_samples
     type(deflated_chunk_t), allocatable :: chunks(:)
     real(wp), allocatable :: points(:, :), values(:, :)
     integer :: i, n
@@ -267,9 +322,7 @@ contains
     call flush_file(results%file)
     call append_step(results%file, frame%time, results%display%n_points, results%n_frames)
     call flush_file(results%file)
-    results%n_frames = results%n_frames + 1
-    call take_error(results%file, error)
-  end subroutine write_frame
+  end subroutine write_own_frame
 
   ! All fields, and after them the plastic strain at the integration points of each patch. The
   ! threads of a region divide them.
@@ -300,6 +353,7 @@ contains
     integer, intent(in) :: step
     real(wp), intent(in) :: frequencies(:)
 
+    if (.not. is_writing(results)) return
     call check_length(results%file)
     call write_reals(results%file, mode_folder(step)//"/frequency", frequencies, &
                      [size(frequencies)], "1/"//unit_of(results%units, "time"), &
@@ -315,14 +369,16 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: n(4)
 
-    call check_length(results%file)
     n = shape(shape_of)
-    call write_reals(results%file, patch_folder(results, mode_folder(step), patch)//"/mode_"// &
-                     to_text(number), transpose(reshape(shape_of, [product(n(:3)), 3])), &
-                     [3, n(:3)], "1", "motion of the control points of /nurbs/blank/points in "// &
-                     "the mode, the largest component of all patches 1")
-    call flush_file(results%file)
-    call take_error(results%file, error)
+    if (is_writing(results)) then
+      call check_length(results%file)
+      call write_reals(results%file, patch_folder(results, mode_folder(step), patch)//"/mode_"// &
+                       to_text(number), transpose(reshape(shape_of, [product(n(:3)), 3])), &
+                       [3, n(:3)], "1", "motion of the control points of /nurbs/blank/points "// &
+                       "in the mode, the largest component of all patches 1")
+      call flush_file(results%file)
+    end if
+    call take_failure(results, error)
   end subroutine write_mode
 
   pure function mode_folder(step) result(folder)
@@ -340,6 +396,17 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in), optional :: relaxation   !! how it went; may be empty
 
+    if (is_writing(results)) call close_own_results(results, status, timings, relaxation)
+    call take_failure(results, error)
+  end subroutine close_results
+
+  !> The same of the process that writes.
+  subroutine close_own_results(results, status, timings, relaxation)
+    type(results_t), intent(inout) :: results
+    character(*), intent(in) :: status
+    type(timings_t), intent(in) :: timings
+    character(*), intent(in), optional :: relaxation
+
     call check_length(results%file)
     if (present(relaxation)) then
       if (relaxation /= "") then
@@ -351,8 +418,7 @@ contains
     call write_text_attribute(results%file, "/provenance", "status", status)
     call flush_file(results%file)
     call close_file(results%file)
-    call take_error(results%file, error)
-  end subroutine close_results
+  end subroutine close_own_results
 
   !> Write /timings: one group for each effect, and the cost of the whole run.
   subroutine write_timings(file, timings)

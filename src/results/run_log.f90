@@ -10,7 +10,8 @@ module run_log
   implicit none
   private
 
-  public :: run_log_t, timings_t, progress_t, open_log, silence_log, close_log, log_line, log_lines
+  public :: run_log_t, timings_t, progress_t, open_log, silence_log, mute_log, is_muted, close_log
+  public :: log_line, log_lines
   public :: log_progress, log_timings, ns_per_element_step
 
   !> What a run cost. The stopwatches must not overlap: they are the effects of the step.
@@ -41,6 +42,7 @@ module run_log
     character(:), allocatable :: path
     integer(int64) :: n_bytes = -1       ! that the file should have; negative: no plain file
     logical :: is_quiet = .false.        ! nothing on standard output
+    logical :: is_mute = .false.         ! nor anywhere else: another process has the log
     logical :: is_terminal = .false.     ! standard output shows one progress line, rewritten
     logical :: has_progress_line = .false.
     integer :: n_shown = 0               ! characters of that line
@@ -89,6 +91,20 @@ contains
     log%has_progress_line = .false.
   end subroutine silence_log
 
+  !> Write nothing anywhere: the log is that of another process.
+  subroutine mute_log(log)
+    type(run_log_t), intent(inout) :: log
+
+    log%is_mute = .true.
+  end subroutine mute_log
+
+  !> Is the log that of another process?
+  pure logical function is_muted(log)
+    type(run_log_t), intent(in) :: log
+
+    is_muted = log%is_mute
+  end function is_muted
+
   !> Close the log file.
   subroutine close_log(log)
     type(run_log_t), intent(inout) :: log
@@ -104,6 +120,7 @@ contains
     type(run_log_t), intent(inout) :: log
     character(*), intent(in) :: line
 
+    if (log%is_mute) return
     call end_progress_line(log)
     if (index(line, "warning: ") == 1) then
       write (error_unit, "(a)") "igaform: "//line
@@ -130,6 +147,7 @@ contains
     type(progress_t), intent(in) :: progress
     character(:), allocatable :: line
 
+    if (log%is_mute) return
     line = progress_words(progress)
     call write_to_file(log, line)
     if (log%is_quiet) return

@@ -29,7 +29,8 @@ module forming_run
   use run_state, only: run_t
   use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run
   use run_progress, only: progress_of, begin_pace
-  use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
+  use part_shares, only: share_parts, join_points
+  use health, only: check_health, is_failing, check_balance, check_pairs, check_hidden_depths, &
                     added_mass_warning, shear_warning, damage_warning
   implicit none
   private
@@ -93,6 +94,7 @@ contains
     call begin_pace(run)
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call log_first_trims(log, model)
+    if (.not. model%step%is_static) call share_points(model)
     if (.not. run%is_resumed) call apply_forces(model, run%instant)
     if (model%step%is_static .and. .not. run%is_resumed) call begin_static(model, run)
     do
@@ -101,13 +103,15 @@ contains
         if (is_end .or. allocated(saver%stopped_by)) exit
       else if (run%is_file_lost) then
         return
-      else if (.not. retry_run(saver, model, run, results, log)) then
-        exit
+      else
+        if (.not. model%step%is_static) call share_points(model)
+        if (.not. retry_run(saver, model, run, results, log)) exit
       end if
     end do
     if (allocated(error)) then
       call save_verified(saver, model, run, results, advice)
       if (advice /= "") error%message = error%message//new_line("a")//advice
+      call look_at_points(model, is_everywhere=.false.)
       call save_failed(model, run, results)
     else if (.not. allocated(saver%stopped_by)) then
       call check_relaxation(model, error)
@@ -277,7 +281,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: warnings(:), notes(:)
     real(wp) :: dt, rate
-    logical :: is_sample, is_frame, is_balanced, is_through, was_static
+    logical :: is_sample, is_frame, is_balanced, is_looking, is_through, was_static
 
     dt = run%instant%dt
     rate = model%rate
@@ -292,6 +296,8 @@ contains
       is_frame = is_frame .or. is_due(run%control, run%control%frames, run%instant%time)
     end if
     call take_due_state(saver, model, run, results, is_end)
+    is_looking = is_sample .or. is_frame .or. is_end
+    if (is_looking) call look_at_points(model, is_everywhere=is_end)
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
     if (.not. model%step%is_static) then
@@ -329,6 +335,7 @@ contains
       call log_step(log, model, run%instant%time)
     end if
     if (model%step%n_modes > 0) return
+    if (is_looking .and. .not. model%step%is_static) call share_points(model)
     if (model%step%is_static) then
       call start_watch(model%timer, run%watch_static)
       call take_static_increment(model, run, log, error)
@@ -342,6 +349,24 @@ contains
                      model%step%depth_warning, model%step%depth_limit, run%instant, warnings, error)
     call log_lines(log, warnings)
   end subroutine run_increment
+
+  !> Several processes work their own points from here on.
+  subroutine share_points(model)
+    type(model_t), intent(inout) :: model
+
+    if (allocated(model%ranks)) call share_parts(model%bodies%blank%parts, &
+                                                 model%bodies%blank%law%is_serial, model%ranks)
+  end subroutine share_points
+
+  !> The first one of several processes, or each, has all points until they are shared again: to
+  !! write results, to cut the sheet, for static increments, to say what failed.
+  subroutine look_at_points(model, is_everywhere)
+    type(model_t), intent(inout) :: model
+    logical, intent(in) :: is_everywhere
+
+    if (allocated(model%ranks)) call join_points(model%bodies%blank%parts, model%ranks, &
+                                                 is_everywhere)
+  end subroutine look_at_points
 
   !> Modes at the end of a step of frequencies.
   subroutine find_due_modes(model, run, results, log, error)
@@ -403,6 +428,7 @@ contains
                            joints=blank%joints)
       rate = blank%report%largest_rate
       call add_step(run%balance, blank%report)
+      if (is_failing(blank, run%control)) call look_at_points(model, is_everywhere=.true.)
       call check_health(model, run%instant, run%control, error)
     end associate
     call stop_watch(model%timer, run%watch_blank)

@@ -24,16 +24,26 @@ module health
                             too_deep, increment_refused
   use simple_shear, only: shear_limit
   use user_call, only: take_user_failure
+  use ranks, only: ranks_t
   implicit none
   private
 
-  public :: check_health, find_failure, check_balance, check_pairs, check_hidden_depths
+  public :: check_health, is_failing, find_failure, check_balance, check_pairs, check_hidden_depths
   public :: added_mass_warning, shear_warning, damage_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
   real(wp), parameter :: alternation = 0.01_wp  ! of the largest energy so far
 
 contains
+
+  !> Is there something that `check_health` tells of?
+  pure logical function is_failing(blank, control)
+    type(blank_t), intent(in) :: blank
+    type(step_control_t), intent(in) :: control
+
+    is_failing = blank%report%failed_block < huge(1) .or. &
+                 blank%report%largest_rate*collapse**2 > control%rate_at_start
+  end function is_failing
 
   !> Inverted elements, laws that failed, NaN or infinite values, a collapsed step.
   subroutine check_health(model, instant, control, error)
@@ -45,9 +55,10 @@ contains
     type(location_t) :: location
 
     associate (blank => model%bodies%blank)
+      if (.not. is_failing(blank, control)) return
       if (blank%report%failed_block < huge(1)) then
         call fail(error, failed_message(model, instant, control))
-      else if (blank%report%largest_rate*collapse**2 > control%rate_at_start) then
+      else
         location = location_of_smallest(blank)
         call fail(error, "blank '"//blank%name//"': the stable time increment fell below a "// &
                   "thousandth of that at the start, "//when(instant)//", by "// &
@@ -262,7 +273,7 @@ contains
     type(facts_t) :: facts
     integer :: failure
 
-    call find_failure(model%bodies%blank, instant, message, failure, location)
+    call find_failure(model%bodies%blank, instant, message, failure, location, model%ranks)
     if (location%part > 0 .and. .not. location%is_at_start) then
       facts = facts_of(model, instant, control, location%position)
     else
@@ -272,17 +283,25 @@ contains
   end function failed_message
 
   !> What of the blank failed in the last evaluation of its forces, where and when. What a user's
-  !! subroutine has noted is forgotten.
-  subroutine find_failure(blank, instant, message, failure, location)
+  !! subroutine has noted is forgotten; of several processes all say what the first of those says
+  !! whose subroutines have noted something.
+  subroutine find_failure(blank, instant, message, failure, location, ranks)
     type(blank_t), intent(in) :: blank
     type(instant_t), intent(in) :: instant
     character(:), allocatable, intent(out) :: message
     integer, intent(out) :: failure                     !! see `causes_of`
     type(location_t), intent(out) :: location
+    class(ranks_t), intent(in), optional :: ranks
     character(:), allocatable :: user_failure
     logical :: is_refusal
+    integer :: from
 
     call take_user_failure(user_failure, is_refusal)
+    if (present(ranks)) then
+      from = ranks%n - ranks%largest(merge(ranks%n - ranks%number, 1, user_failure /= ""))
+      call ranks%share_text(user_failure, from)
+      is_refusal = ranks%largest(merge(1, 0, is_refusal)) > 0
+    end if
     failure = merge(inverted, not_finite, blank%report%smallest_det <= 0.0_wp)
     message = "blank '"//blank%name//"': "
     if (failure == inverted) then

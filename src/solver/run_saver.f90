@@ -11,7 +11,8 @@ module run_saver
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
   use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, has_state
   use model, only: model_t
-  use frames, only: results_t, flush_results
+  use frames, only: results_t, flush_results, is_writing
+  use ranks, only: is_first
   use hdf5_file, only: path_of_open
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
@@ -209,7 +210,6 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: why      ! the run must stop now; empty if it need not
     logical :: is_due, is_wish
-    real(wp) :: seconds
 
     if (.not. allocated(saver%path)) &
       call release_frames(model, run, results, run%n_waiting, error)
@@ -219,14 +219,8 @@ contains
       is_due = saver%is_saving
     end if
     if (allocated(error) .or. .not. allocated(saver%verified)) return
-    why = stop_signal_name()
-    seconds = ticks_to_seconds(clock_ticks() - run%started)
-    if (why == "" .and. saver%wall_seconds > 0.0_wp .and. seconds >= saver%wall_seconds) &
-      why = "the limit of "//rounded_text(saver%wall_seconds/60.0_wp)//" minutes"
-    is_wish = is_save_wanted()
-    if (is_wish) call forget_save()   ! not one that comes from here on
-    if (.not. is_due .and. (why /= "" .or. is_wish)) is_due = .not. is_in_file(saver)
-    if (.not. is_due) is_due = is_clock_due(saver, run, clock_ticks())
+    call ask_from_outside(saver, model, run, why, is_wish)
+    is_due = is_due .or. is_wish
     if (is_due) call save(saver, model, run, results, log, why == "", error)
     if (allocated(error) .or. why == "") return
     saver%stopped_by = why
@@ -240,6 +234,48 @@ contains
                     to_text(steps_between + n_verifying)//" steps or longer")
     call release_frames(model, run, results, run%n_waiting, error)
   end subroutine keep_verified
+
+  !> Do a signal, the clock or the deck's interval of time want the run to stop or its last verified
+  !! state to be written now? Of several processes the first one decides for all, every few
+  !! increments.
+  subroutine ask_from_outside(saver, model, run, why, is_wanted)
+    type(saver_t), intent(in) :: saver
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    character(:), allocatable, intent(out) :: why     !! the run must stop; empty if it need not
+    logical, intent(out) :: is_wanted                 !! the state
+    integer, parameter :: few = 16
+    real(wp) :: answer(1), seconds
+
+    why = ""
+    is_wanted = .false.
+    if (allocated(model%ranks)) then
+      if (mod(run%n_steps, int(few, int64)) /= 0 .and. .not. model%step%is_static) return
+    end if
+    if (is_asking(model)) then
+      why = stop_signal_name()
+      seconds = ticks_to_seconds(clock_ticks() - run%started)
+      if (why == "" .and. saver%wall_seconds > 0.0_wp .and. seconds >= saver%wall_seconds) &
+        why = "the limit of "//rounded_text(saver%wall_seconds/60.0_wp)//" minutes"
+      is_wanted = is_save_wanted()
+      if (is_wanted) call forget_save()   ! not one that comes from here on
+      if (why /= "" .or. is_wanted) is_wanted = .not. is_in_file(saver)
+      if (.not. is_wanted) is_wanted = is_clock_due(saver, run, clock_ticks())
+    end if
+    if (.not. allocated(model%ranks)) return
+    answer = merge(1.0_wp, 0.0_wp, is_wanted)
+    call model%ranks%share(answer, 0)
+    is_wanted = answer(1) > 0.5_wp
+    call model%ranks%share_text(why, 0)
+  end subroutine ask_from_outside
+
+  !> Is this the process that looks at files and at the clock?
+  pure logical function is_asking(model)
+    type(model_t), intent(in) :: model
+
+    is_asking = .true.
+    if (allocated(model%ranks)) is_asking = is_first(model%ranks)
+  end function is_asking
 
   !> Is the last verified state in the file already, and does the file exist?
   logical function is_in_file(saver)
@@ -321,13 +357,16 @@ contains
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
     logical, intent(out) :: is_result_lost       !! it is the result that could not be written
+    character(:), allocatable :: path
 
     call flush_results(results, error, saver%verified%n_samples)
     is_result_lost = allocated(error)
     if (is_result_lost) return
     call count_written_samples(saver)
-    call write_checkpoint(saver%path, saver%header, saver%verified%store, &
-                          path_of_open(results%file), error)
+    path = ""
+    if (is_writing(results)) path = path_of_open(results%file)
+    call write_checkpoint(saver%path, saver%header, saver%verified%store, path, error, &
+                          results%ranks)
     if (allocated(error)) return
     saver%saved_step = saver%verified%step
     saver%saved_deck_step = saver%verified%deck_step
@@ -417,6 +456,7 @@ contains
     advice = ""
     if (.not. allocated(saver%verified)) return
     inquire (file=saver%path, exist=is_there)
+    if (allocated(results%ranks)) is_there = results%ranks%largest(merge(1, 0, is_there)) > 0
     if (.not. is_there) saver%saved_step = -1
     if (.not. is_saved(saver, saver%verified%step, saver%verified%deck_step)) &
       call write_verified(saver, results, error, ignored)

@@ -7,6 +7,7 @@ module plane_strain_forces
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, plane_strain_t, tile_t, block_t, n_blocks_of, next_block
   use bulk_viscosity, only: viscous_factors
+  use tile_exchange, only: exchange_tiles
   use solid_forces, only: add_report, finish_evaluation
 #include "plane_strain_uses.inc"
   implicit none
@@ -36,13 +37,19 @@ contains
     !$omp parallel default(shared) private(t, motion)
     motion = 0.0_wp
     !$omp do schedule(static)
-    do t = 1, size(reports)
+    do t = patch%shares%first, patch%shares%last
       call work_tile(patch, plane, law, patch%tiles(t), dt, x, v, motion, plane%sides(t)%force, &
                      reports(t))
     end do
     !$omp end do
-    call add_sides(patch, plane, force)
+    if (.not. patch%shares%is_shared) call add_sides(patch, plane, force)
     !$omp end parallel
+    if (patch%shares%is_shared) then
+      call exchange_tiles(patch, reports, plane%sides)
+      !$omp parallel
+      call add_sides(patch, plane, force)
+      !$omp end parallel
+    end if
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_in_plane
 

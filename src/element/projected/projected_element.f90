@@ -57,6 +57,7 @@ contains
     if (allocated(error) .or. .not. element%projection%is_smooth) return
     element%is_coupled = .true.
     element%has_own_points = .false.
+    element%is_divisible = .false.
     allocate (element%smooth, &
               source=new_smooth_fields(element%projection%smooth, element%patch%axes, &
                                        element%patch%lanes, element%patch%has_gradients))

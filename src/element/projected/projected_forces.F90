@@ -9,6 +9,7 @@ module projected_forces
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_elements_of, next_group, &
                          most_in_group, cut_number
+  use tile_exchange, only: exchange_tiles
   use strain_projection, only: projection_t, project_nothing, project_sheet, project_along
   use projected_points, only: correct_volume, split_volume, join_volume, &
                               correct_sheet, split_sheet, join_sheet, logarithmic_volumes, &
@@ -49,13 +50,19 @@ contains
 
     !$omp parallel default(shared) private(t) if (.not. law%is_serial)
     !$omp do schedule(static)
-    do t = 1, size(buffers)
+    do t = patch%shares%first, patch%shares%last
       call forces_of_tile(patch, projection, law, patch%tiles(t), dt, x, v, force, &
                           buffers(t)%force, reports(t))
     end do
     !$omp end do
-    call add_tiles(patch, buffers, force)
+    if (.not. patch%shares%is_shared) call add_tiles(patch, buffers, force)
     !$omp end parallel
+    if (patch%shares%is_shared) then
+      call exchange_tiles(patch, reports, buffers, force)
+      !$omp parallel
+      call add_tiles(patch, buffers, force)
+      !$omp end parallel
+    end if
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_of_projection
 

@@ -4,7 +4,7 @@ module shell_element
   use kinds, only: wp
   use failure, only: error_t
   use linear_algebra, only: cross
-  use state_store, only: state_store_t, carry, carry_field
+  use state_store, only: state_store_t, carry, carry_field, carry_columns
   use text, only: string_t, append_text, rounded_text, counted
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: knot_vector_t, linear_axis
@@ -18,7 +18,7 @@ module shell_element
                      read_layer, add_to_layer
   use lumped_mass, only: new_lumped_mass
   use solid_patch, only: solid_patch_t, block_t, shell_points_t, row_of_point, lane_of_element, &
-                         place_of_point, block_at, basis_at
+                         place_of_point, block_at, basis_at, find_blocks_here
   use patch_setup, only: new_tile_buffers
   use solid_element, only: solid_element_t, stiffness_of_blocks
   use shell_outline, only: mass_inside, carry_over, share_of_leaders
@@ -754,16 +754,22 @@ contains
   subroutine carry_shell(self, store)
     class(shell_element_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
+    integer, allocatable :: blocks(:)
+    integer :: n
 
     call self%solid_element_t%carry(store)
-    call carry_field(store, "resultant", size(self%points%resultant), self%points%resultant)
-    call carry_field(store, "metric", size(self%points%metric), self%points%metric)
-    call carry_field(store, "thickness", size(self%points%thickness), self%points%thickness)
-    call carry_field(store, "through", size(self%points%through), self%points%through)
-    call carry_field(store, "normal", size(self%points%normal), self%points%normal)
+    call find_blocks_here(self%patch, blocks)
+    n = self%patch%n_blocks
+    associate (points => self%points)
+      call carry_columns(store, "resultant", size(points%resultant)/n, n, points%resultant, blocks)
+      call carry_columns(store, "metric", size(points%metric)/n, n, points%metric, blocks)
+      call carry_columns(store, "thickness", size(points%thickness)/n, n, points%thickness, blocks)
+      call carry_columns(store, "through", size(points%through)/n, n, points%through, blocks)
+      call carry_columns(store, "normal", size(points%normal)/n, n, points%normal, blocks)
+      if (self%patch%has_context) &
+        call carry_columns(store, "stretch", size(points%stretch)/n, n, points%stretch, blocks)
+    end associate
     call carry_field(store, "push_on_faces", size(self%through%push), self%through%push)
-    if (self%patch%has_context) &
-      call carry_field(store, "stretch", size(self%points%stretch), self%points%stretch)
     call carry_field(store, "face_thickness", size(self%thickness), self%thickness)
     call carry_field(store, "face_thickening", size(self%thickening), self%thickening)
     call carry(store, "faces_seen", self%seen)

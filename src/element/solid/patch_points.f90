@@ -4,14 +4,14 @@
 module patch_points
   use kinds, only: wp
   use text, only: to_text
-  use state_store, only: state_store_t, carry_field, has_state
+  use state_store, only: state_store_t, carry_columns, has_state
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use point_context, only: point_context_t
   use basis_tables, only: n_lanes
   use element, only: jacobian_in_span, grid_number
   use solid_patch, only: solid_patch_t, block_t, block_at, cut_number, local_place, basis_at, &
-                         is_counted_lane, point_of_row
+                         is_counted_lane, point_of_row, find_blocks_here
   implicit none
   private
 
@@ -256,13 +256,15 @@ contains
     type(solid_patch_t), intent(inout) :: patch
     type(state_store_t), intent(inout) :: store
     real(wp), allocatable :: values(:, :, :, :, :)
+    integer, allocatable :: blocks(:)
     integer :: k
 
+    call find_blocks_here(patch, blocks)
     do k = 1, patch%n_fields
-      associate (name => "given_"//to_text(k))
+      associate (name => "given_"//to_text(k), n => patch%n_blocks)
         if (store%is_taking .and. .not. has_state(store, name)) cycle
         values = patch%given(:, :, k::patch%n_fields, :, :)
-        call carry_field(store, name, size(values), values)
+        call carry_columns(store, name, size(values)/n, n, values, blocks)
         if (store%is_taking) patch%given(:, :, k::patch%n_fields, :, :) = values
       end associate
     end do

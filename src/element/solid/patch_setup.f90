@@ -8,6 +8,7 @@ module patch_setup
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table, lane_table_t, new_trimmed_lanes
+  use tile_shares, only: work_all_tiles
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, block_at, element_of_lane, &
                          basis_at, n_elements_of
   use bulk_viscosity, only: new_viscosity
@@ -124,6 +125,7 @@ contains
       patch%tiles = new_tiles(patch, n)
       if (all([(n_elements_of(patch, patch%tiles(t)), t=1, size(patch%tiles))] >= n_together)) exit
     end do
+    call work_all_tiles(patch%shares, size(patch%tiles))
   end subroutine cut_patch
 
   !> Room for stress and state, zero, with so many rows together.

@@ -2,7 +2,7 @@
 module solid_element
   use kinds, only: wp
   use failure, only: error_t, fail
-  use state_store, only: state_store_t, carry, carry_field
+  use state_store, only: state_store_t, carry, carry_columns, carry_field
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: breaks
   use outline, only: region_t, join_regions, cut_cells, n_moments
@@ -15,7 +15,9 @@ module solid_element
                      describe_grid, describe_outline
   use solid_patch, only: solid_patch_t, tile_buffer_t, block_t, element_of_lane, lane_of_element, &
                       is_counted_lane, block_at, block_number, row_of_point, place_of_point, &
-                      local_place
+                      local_place, find_blocks_here, n_elements_of
+  use tile_shares, only: work_own_tiles, work_all_tiles
+  use ranks, only: ranks_t
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
   use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
   use patch_outline, only: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, &
@@ -39,6 +41,7 @@ module solid_element
     type(solid_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
     logical :: has_own_points = .true.           !! a block needs nothing but its own points
+    logical :: is_divisible = .true.             !! nor does a tile, and forces add up
     real(wp), allocatable :: volumes(:, :, :, :)   !! of the points at the start, when asked for
     real(wp) :: density = 0.0_wp                   !! of the law, without what scaling has added
     !> Share of an element's area inside an outline from which on its control points move for
@@ -62,6 +65,9 @@ module solid_element
     procedure :: leave_trial
     procedure :: elastic_copy
     procedure :: take_moduli
+    procedure :: tile_loads
+    procedure :: share_tiles
+    procedure :: work_all
     procedure :: scale_mass
     procedure :: damping_ratio
     procedure :: single
@@ -420,6 +426,35 @@ contains
     end associate
   end subroutine drop_state
 
+  pure function tile_loads(self) result(loads)
+    class(solid_element_t), intent(in) :: self
+    real(wp), allocatable :: loads(:)
+    integer :: t
+
+    allocate (loads(merge(size(self%patch%tiles), 0, self%is_divisible)))
+    do t = 1, size(loads)
+      loads(t) = n_elements_of(self%patch, self%patch%tiles(t))
+    end do
+  end function tile_loads
+
+  subroutine share_tiles(self, ranks, last)
+    class(solid_element_t), intent(inout) :: self
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: last(:)
+
+    associate (shares => self%patch%shares)
+      if (.not. allocated(shares%ranks)) allocate (shares%ranks, source=ranks)
+      shares%last_of = last
+      call work_own_tiles(shares)
+    end associate
+  end subroutine share_tiles
+
+  subroutine work_all(self)
+    class(solid_element_t), intent(inout) :: self
+
+    call work_all_tiles(self%patch%shares, size(self%patch%tiles))
+  end subroutine work_all
+
   subroutine take_moduli(self, law)
     class(solid_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
@@ -662,14 +697,22 @@ contains
     class(solid_element_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
     character(:), allocatable :: order
+    integer, allocatable :: blocks(:)
+    integer :: n
 
     call carry_motion(self, store)
     associate (patch => self%patch)
       ! The names hold the order of the points, without which the values mean nothing.
       order = "_"//to_text(patch%together)
-      call carry_field(store, "stress"//order, size(patch%stress), patch%stress)
-      call carry_field(store, "state"//order, size(patch%state), patch%state)
-      call carry_field(store, "push", size(patch%push), patch%push)
+      call find_blocks_here(patch, blocks)
+      n = patch%n_blocks
+      call carry_columns(store, "stress"//order, size(patch%stress)/n, n, patch%stress, blocks)
+      call carry_columns(store, "state"//order, size(patch%state)/n, n, patch%state, blocks)
+      if (size(patch%push, 4) == n) then
+        call carry_columns(store, "push", size(patch%push)/n, n, patch%push, blocks)
+      else
+        call carry_field(store, "push", size(patch%push), patch%push)
+      end if
       call carry(store, "patch_time", patch%time)
       call carry(store, "increment", patch%increment)
       call carry(store, "before_step", patch%before_step)

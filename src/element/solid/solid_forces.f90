@@ -6,6 +6,7 @@ module solid_forces
   use basis_tables, only: n_lanes
   use element, only: force_report_t, merge_reports
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
+  use tile_exchange, only: exchange_tiles
   use block_gather, only: gather_block, weigh_block, add_block
   use point_context, only: point_context_t, new_point_context
   use patch_points, only: set_clock, set_lanes
@@ -35,12 +36,18 @@ contains
 
     !$omp parallel default(shared) private(t) if (.not. law%is_serial)
     !$omp do schedule(static)
-    do t = 1, size(buffers)
+    do t = patch%shares%first, patch%shares%last
       call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, force, buffers(t)%force, reports(t))
     end do
     !$omp end do
-    call add_tiles(patch, buffers, force)
+    if (.not. patch%shares%is_shared) call add_tiles(patch, buffers, force)
     !$omp end parallel
+    if (patch%shares%is_shared) then
+      call exchange_tiles(patch, reports, buffers, force)
+      !$omp parallel
+      call add_tiles(patch, buffers, force)
+      !$omp end parallel
+    end if
     call finish_evaluation(patch, dt, reports, report)
   end subroutine internal_forces
 

@@ -3,10 +3,12 @@ module solid_patch
   use kinds, only: wp
   use basis_tables, only: axis_table_t, lane_table_t
   use bulk_viscosity, only: viscosity_t
+  use tile_shares, only: tile_shares_t
   implicit none
   private
 
   public :: element_of_lane, lane_of_element, block_at, block_number, n_blocks_of, next_block
+  public :: find_blocks_here
   public :: n_elements_of, next_group
   public :: cut_number, local_place, weights_of_row, basis_at, basis_of_row
   public :: is_counted_lane, row_of_point, place_of_point, point_of_row, point_number
@@ -80,6 +82,7 @@ module solid_patch
     type(viscosity_t) :: viscosity
     real(wp) :: shortest = 0.0_wp                  !! axis of all elements at the start [length]
     type(tile_t), allocatable :: tiles(:)
+    type(tile_shares_t) :: shares                  !! tiles that are worked here
   end type solid_patch_t
 
   !> What a patch in plane strain has besides its tables. It is one element wide along axis 2,
@@ -187,6 +190,26 @@ contains
     if (patch%lanes%is_trimmed) block%e2 = patch%lanes%row(block%b)
     block%number = block_number(patch, block%b, block%e2, block%e3)
   end subroutine next_block
+
+  !> Blocks whose stress and state are held here, in rising order; not allocated: all of them.
+  pure subroutine find_blocks_here(patch, blocks)
+    type(solid_patch_t), intent(in) :: patch
+    integer, allocatable, intent(out) :: blocks(:)
+    logical :: is_here(patch%n_blocks)
+    type(block_t) :: block
+    integer :: t, i
+
+    if (.not. patch%shares%is_shared) return
+    is_here = .false.
+    do t = patch%shares%first, patch%shares%last
+      block = block_t()
+      do i = 1, n_blocks_of(patch, patch%tiles(t))
+        call next_block(patch, patch%tiles(t), block)
+        is_here(block%number) = .true.
+      end do
+    end do
+    blocks = pack([(i, i=1, patch%n_blocks)], is_here)
+  end subroutine find_blocks_here
 
   !> Number of elements of a tile.
   pure integer function n_elements_of(patch, tile) result(n)

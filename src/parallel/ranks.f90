@@ -1,0 +1,110 @@
+!> The processes that work one scene, and what passes between them.
+!!
+!! `ranks_t` itself stands for a program that is alone: nothing passes. Programs that share a scene
+!! extend it (see `mpi_ranks`). All processes call its procedures in the same order, with the
+!! same number of values where nothing else is said.
+!!
+!! Values are handed over as they are and never added up here: sums are taken by whoever needs them,
+!! in an order that does not depend on the number of processes.
+module ranks
+  use kinds, only: wp
+  use failure, only: error_t
+  implicit none
+  private
+
+  public :: share_error, is_first
+
+  !> A process among all.
+  type, public :: ranks_t
+    integer :: number = 0       !! of this one, from 0 on
+    integer :: n = 1            !! of all
+  contains
+    procedure :: gather => gather_alone
+    procedure :: share => share_alone
+    procedure :: share_text => share_text_alone
+    procedure :: largest => largest_alone
+    procedure :: wait => wait_alone
+    procedure :: host => host_alone
+    procedure :: give_up => give_up_alone
+  end type ranks_t
+
+contains
+
+  !> Is this the process that reads and writes files and the terminal for all?
+  pure logical function is_first(ranks)
+    class(ranks_t), intent(in) :: ranks
+
+    is_first = ranks%number == 0
+  end function is_first
+
+  !> A failure of one process is one of all; where several fail, that of the lowest number.
+  subroutine share_error(ranks, error)
+    class(ranks_t), intent(in) :: ranks
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: message
+    integer :: failed
+
+    if (ranks%n == 1) return
+    failed = ranks%n - ranks%largest(merge(ranks%n - ranks%number, 0, allocated(error)))
+    if (failed == ranks%n) return
+    message = ""
+    if (allocated(error)) message = error%message
+    call ranks%share_text(message, failed)
+    if (.not. allocated(error)) allocate (error)
+    error%message = message
+  end subroutine share_error
+
+  !> The values of all processes, one after the other in the order of their numbers; at the first
+  !! one alone, or at all.
+  subroutine gather_alone(self, counts, own, joined, is_everywhere)
+    class(ranks_t), intent(in) :: self
+    integer, intent(in) :: counts(:)            !! values of each process
+    real(wp), intent(in), contiguous :: own(:)  !! of this process, as many or more
+    real(wp), intent(inout), contiguous :: joined(:)   !! where nothing arrives it stays as it is
+    logical, intent(in) :: is_everywhere
+
+    joined(:counts(1)) = own(:counts(1))
+  end subroutine gather_alone
+
+  !> The values of one process to all others.
+  subroutine share_alone(self, values, from)
+    class(ranks_t), intent(in) :: self
+    real(wp), intent(inout), contiguous :: values(:)
+    integer, intent(in) :: from                 !! number of the process
+  end subroutine share_alone
+
+  !> The text of one process to all others.
+  subroutine share_text_alone(self, text, from)
+    class(ranks_t), intent(in) :: self
+    character(:), allocatable, intent(inout) :: text
+    integer, intent(in) :: from
+  end subroutine share_text_alone
+
+  !> The largest of one number of each process.
+  integer function largest_alone(self, value) result(largest)
+    class(ranks_t), intent(in) :: self
+    integer, intent(in) :: value
+
+    largest = value
+  end function largest_alone
+
+  !> Go on when all processes have come so far.
+  subroutine wait_alone(self)
+    class(ranks_t), intent(in) :: self
+  end subroutine wait_alone
+
+  !> Name of the machine that a process runs on; empty where that does not matter.
+  function host_alone(self) result(name)
+    class(ranks_t), intent(in) :: self
+    character(:), allocatable :: name
+
+    name = ""
+  end function host_alone
+
+  !> This process cannot go on: so none of the others can. Alone it has to end by itself.
+  subroutine give_up_alone(self, code)
+    class(ranks_t), intent(in) :: self
+    integer, intent(in) :: code      !! with which all end
+  end subroutine give_up_alone
+
+end module ranks
