@@ -11,7 +11,6 @@
 !! against the tool, summed over the calls. A point at distance g is skipped until the travel has
 !! grown by g.
 module contact
-  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t, fail
   use tool, only: tool_t
@@ -19,6 +18,9 @@ module contact
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, tile_positions, list_due, &
                            earliest_test, is_worth_threads, face_motion_t, new_face_motion, &
                            advance_motion
+  use ranks, only: ranks_t
+  use tile_results, only: contact_statistics_t, tile_result_t, is_worked_here, exchange_results, &
+                          exchange_forces
   use pressed_points, only: pressed_points_t, most_points
   use penalty, only: stiffness_from_mass, no_contact, find_pressed_depths, push_points, &
                      contact_damping_t, new_contact_damping, damp_points
@@ -32,20 +34,6 @@ module contact
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, &
             carry_contact, schedule_tests, trim_contact
-
-  !> Counts over all calls; `n_touching` of the last call.
-  type :: contact_statistics_t
-    integer(int64) :: n_calls = 0
-    integer(int64) :: n_points = 0       !! points times calls
-    integer(int64) :: n_tested = 0       !! of these, closest points computed; the rest was culled
-    integer(int64) :: n_iterations = 0   !! face evaluations of the local searches
-    integer(int64) :: n_fallbacks = 0    !! points that left the eight lanes for a single search
-    integer(int64) :: n_searches = 0     !! global searches
-    integer(int64) :: n_failures = 0     !! points for which every search failed: must be 0
-    integer :: max_iterations = 0        !! in one search of one point
-    integer :: n_touching = 0
-    integer :: first_failed = 0          !! point that was the first to fail, 0: none
-  end type contact_statistics_t
 
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
@@ -61,15 +49,6 @@ module contact
     logical :: is_late = .false.      !! it begins when the blank may be in the tool already
     logical :: is_corner_start = .false.   !! search again each time from face corners, as [CA]
   end type contact_options_t
-
-  !> How far things move in a step at most, and what one tile adds to the whole.
-  type :: tile_result_t
-    real(wp) :: travel = 0.0_wp    !! points against the tool [length]
-    real(wp) :: longest = 0.0_wp   !! along a normal, amply [length]
-    real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
-    real(wp) :: slip_work = 0.0_wp, damped = 0.0_wp, passed = 0.0_wp   !! energies lost
-    type(contact_statistics_t) :: counts
-  end type tile_result_t
 
   !> Points of a tile that must be tested; the first `n` of each array are set.
   type :: due_points_t
@@ -106,6 +85,8 @@ module contact
     type(friction_t), allocatable :: friction            !! only where there is some
     type(contact_damping_t), allocatable :: damping      !! likewise
     logical :: is_static = .false.           !! forces balance: springs alone, at their whole load
+    class(ranks_t), allocatable :: ranks     !! processes that share the tiles; absent: one
+    logical :: is_shared = .false.           !! they do: of its own tiles a process knows the points
     real(wp) :: passed = 0.0_wp              !! energy of loads that moved points on to the tool or
                                              !! off it within static increments [energy]
   end type contact_t
@@ -221,14 +202,18 @@ contains
     real(wp), intent(out) :: max_penetration    !! deepest -g of touching points, 0: none [length]
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
 
+    logical :: are_threads
+
+    are_threads = is_worth_threads(contact%secondary%n_points, contact%is_due)
     call advance_motion(contact%motion, tool%displacement, x)
-    if (is_worth_threads(contact%secondary%n_points, contact%is_due)) then
+    if (are_threads) then
       !$omp parallel
       call work_tiles(contact, tool, x, force, dt)
       !$omp end parallel
     else
       call work_tiles(contact, tool, x, force, dt)   ! a region of one thread costs time, too
     end if
+    if (contact%is_shared) call exchange_tiles(contact, force)
     contact%motion%is_started = .true.
     call sum_up(contact, tool, energy, max_penetration)
   end subroutine apply_contact
@@ -254,12 +239,31 @@ contains
     if (n_due > 0) then
       !$omp do schedule(static)
       do i = 1, n_due
+        if (contact%is_shared) then
+          if (.not. is_worked_here(contact%ranks, due(i))) cycle
+        end if
         call work_tile(contact, tool, dt, largest, due(i))
       end do
       !$omp end do
-      call add_tile_forces(contact, n_due, due, force)
+      if (.not. contact%is_shared) call add_tile_forces(contact, n_due, due, force)
     end if
   end subroutine work_tiles
+
+  !> The results of all tiles that were due, here and elsewhere, and their forces.
+  subroutine exchange_tiles(contact, force)
+    type(contact_t), intent(inout) :: contact
+    real(wp), intent(inout) :: force(:, :, :)
+    integer, allocatable :: due(:), touching(:)
+    integer :: t
+
+    due = pack([(t, t=1, size(contact%tiles))], contact%is_due)
+    if (size(due) == 0) return
+    call exchange_results(contact%ranks, due, contact%tiles, contact%results)
+    touching = pack(due, contact%results(due)%counts%n_touching > 0)
+    if (size(touching) == 0) return
+    call exchange_forces(contact%ranks, touching, contact%tile_force)
+    call add_tile_forces(contact, size(touching), touching, force)
+  end subroutine exchange_tiles
 
   !> Add the forces of tiles that touch to the control points; the threads of a region divide their
   !! rows.

@@ -206,22 +206,29 @@ contains
     folder = ""
   end function folder_above
 
-  !> Load a shared library, whose names serve itself alone.
-  subroutine load_library(path, handle, why)
+  !> Load a shared library, whose names serve itself alone. One that is apart, with those that it
+  !! loads, takes its own procedures before those of the program that have the same names.
+  subroutine load_library(path, handle, why, is_apart)
     character(*), intent(in) :: path
     type(c_ptr), intent(out) :: handle                  !! null if that failed
     character(:), allocatable, intent(out) :: why       !! in the words of the loader
+    logical, intent(in), optional :: is_apart
     integer(c_int), parameter :: all_now = 2_c_int      ! RTLD_NOW
+    integer(c_int), parameter :: deep = 8_c_int         ! RTLD_DEEPBIND
+    integer(c_int) :: flags
     type(c_ptr) :: words
 
     why = ""
-    handle = c_dlopen(path//c_null_char, all_now)
+    flags = all_now
+    if (present(is_apart)) flags = merge(all_now + deep, all_now, is_apart)
+    handle = c_dlopen(path//c_null_char, flags)
     if (c_associated(handle)) return
     words = c_dlerror()
     if (c_associated(words)) why = fortran_text(words)
   end subroutine load_library
 
-  !> A procedure of a loaded library; null if it has none of this name.
+  !> A procedure of a loaded library, or with a null pointer of the program itself; null if there is
+  !! none of this name.
   function procedure_in(library, name) result(address)
     type(c_ptr), intent(in) :: library
     character(*), intent(in) :: name

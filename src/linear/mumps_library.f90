@@ -49,6 +49,7 @@ contains
     character(*), parameter :: file = "lib/libigaform_mumps.so"
     character(:), allocatable :: folder, why
     type(c_ptr) :: handle
+    logical :: has_mpi
 
     entry = c_null_funptr
     folder = folder_above(file)
@@ -57,7 +58,9 @@ contains
                 "without MUMPS (no "//file//" above its folder, "//program_folder()//")")
       return
     end if
-    call load_library(folder//"/"//file, handle, why)
+    ! The sequential MUMPS brings an MPI of one process, whose names are those of the real one.
+    has_mpi = c_associated(procedure_in(c_null_ptr, "MPI_Init"))
+    call load_library(folder//"/"//file, handle, why, is_apart=has_mpi)
     if (c_associated(handle)) entry = procedure_in(handle, "igaform_mumps")
     if (.not. c_associated(entry)) &
       call fail(error, "the solver of static steps cannot be loaded: "//why)

@@ -11,13 +11,15 @@ module contact_effect
   use secondary_surface, only: secondary_surface_t, scatter_forces, areas_inside
   use tool, only: tool_t, to_tool_frame, torque_of
   use contact, only: contact_t, apply_contact, carry_contact, schedule_tests, trim_contact
+  use contact_sharing, only: share_contact, join_contact
+  use ranks, only: ranks_t
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
   use face_penetration, only: depth_samples_t, deep_point_t, find_deepest, trim_samples
   implicit none
   private
 
   public :: contact_pairs, has_pair, any_load, net_of_pair, trim_pair, trim_surface, face_mass
-  public :: forget_depths, measure_depths, depth_of
+  public :: forget_depths, measure_depths, depth_of, share_pairs, join_pairs
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
@@ -174,6 +176,37 @@ contains
                                             body%ties%share, body%regions), [secondary%n_points])
     end associate
   end subroutine trim_surface
+
+  !> Several processes work the points of all pairs among effects from here on; without them each
+  !! works all. Wear needs the points in each increment.
+  subroutine share_pairs(effects, ranks)
+    type(effect_slot_t), intent(inout), target :: effects(:)
+    class(ranks_t), intent(in), optional :: ranks
+    type(contact_view_t), allocatable :: pairs(:)
+    integer :: i
+
+    pairs = contact_pairs(effects)
+    do i = 1, size(pairs)
+      pairs(i)%pair%pair%is_shared = .false.
+      if (.not. present(ranks)) cycle
+      if (allocated(pairs(i)%pair%fields)) then
+        if (pairs(i)%pair%fields%has_wear) cycle
+      end if
+      call share_contact(pairs(i)%pair%pair, ranks)
+    end do
+  end subroutine share_pairs
+
+  !> What is known of the points of all pairs, at all processes.
+  subroutine join_pairs(effects)
+    type(effect_slot_t), intent(inout), target :: effects(:)
+    type(contact_view_t), allocatable :: pairs(:)
+    integer :: i
+
+    pairs = contact_pairs(effects)
+    do i = 1, size(pairs)
+      call join_contact(pairs(i)%pair%pair)
+    end do
+  end subroutine join_pairs
 
   !> For all pairs among effects a new greatest depth begins.
   subroutine forget_depths(effects)

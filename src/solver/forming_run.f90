@@ -11,7 +11,7 @@ module forming_run
   use boundary, only: leave_cut_points
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
-  use contact_effect, only: forget_depths, measure_depths
+  use contact_effect, only: forget_depths, measure_depths, share_pairs, join_pairs
   use effect, only: is_from_outside
   use prescribed_field, only: settle_fields
   use model, only: model_t, begin_next_step, apply_forces, increment_limit
@@ -354,8 +354,9 @@ contains
   subroutine share_points(model)
     type(model_t), intent(inout) :: model
 
-    if (allocated(model%ranks)) call share_parts(model%bodies%blank%parts, &
-                                                 model%bodies%blank%law%is_serial, model%ranks)
+    if (.not. allocated(model%ranks)) return
+    call share_parts(model%bodies%blank%parts, model%bodies%blank%law%is_serial, model%ranks)
+    call share_pairs(model%forces, model%ranks)
   end subroutine share_points
 
   !> The first one of several processes, or each, has all points until they are shared again: to
@@ -364,8 +365,10 @@ contains
     type(model_t), intent(inout) :: model
     logical, intent(in) :: is_everywhere
 
-    if (allocated(model%ranks)) call join_points(model%bodies%blank%parts, model%ranks, &
-                                                 is_everywhere)
+    if (.not. allocated(model%ranks)) return
+    call join_points(model%bodies%blank%parts, model%ranks, is_everywhere)
+    call join_pairs(model%forces)
+    call share_pairs(model%forces)
   end subroutine look_at_points
 
   !> Modes at the end of a step of frequencies.

@@ -8,6 +8,7 @@ module health
   use block_law, only: block_law_t
   use blank, only: blank_t
   use effect, only: effect_slot_t, instant_t
+  use contact_sharing, only: join_contact
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use face_penetration, only: element_sizes, points_of_element
   use tool_bends, only: elements_on_radius
@@ -187,6 +188,7 @@ contains
                            "no contact there; the number of failed searches is at the end")
         end if
         if (limit > 0.0_wp .and. pair%depth > limit*pair%thickness) then
+          call join_contact(pair%pair)
           call find_deepest_point(pair%pair, tools(pair%tool), deepest, place)
           call find_speeds(law, tools, facts)
           facts%edge = tool_edge_near(effects, tools, place)
@@ -196,6 +198,7 @@ contains
         else if (warning_limit > 0.0_wp .and. pair%depth > warning_limit*pair%thickness &
                  .and. .not. pair%has_warned) then
           pair%has_warned = .true.
+          call join_contact(pair%pair)
           call find_deepest_point(pair%pair, tools(pair%tool), deepest)
           call append_text(warnings, "warning: "//depth_message(pair, instant)//", "//deepest)
         end if

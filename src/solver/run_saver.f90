@@ -11,6 +11,7 @@ module run_saver
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
   use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, has_state
   use model, only: model_t
+  use contact_effect, only: join_pairs
   use frames, only: results_t, flush_results, is_writing
   use ranks, only: is_first
   use hdf5_file, only: path_of_open
@@ -190,6 +191,7 @@ contains
     call start_watch(model%timer, run%watch_state)
     if (.not. allocated(kept)) allocate (kept)
     kept%n_frames = results%n_frames + run%n_waiting
+    if (allocated(model%ranks)) call join_pairs(model%forces)
     call pack_for_file(model, run, kept%n_frames, kept%store)
     kept%step = run%n_steps
     kept%time = run%instant%time

@@ -1,0 +1,207 @@
+!> The contact of a face worked by several processes: each works some of the tiles of points, and all
+!! hear what these find. Tiles are dealt out one by one, for those that touch lie side by side.
+module tile_results
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use ranks, only: ranks_t
+  use contact_tiles, only: tile_t
+  implicit none
+  private
+
+  public :: contact_statistics_t, tile_result_t
+  public :: is_worked_here, exchange_results, exchange_forces, gather_points
+
+  !> Counts over all calls; `n_touching` of the last call.
+  type :: contact_statistics_t
+    integer(int64) :: n_calls = 0
+    integer(int64) :: n_points = 0       !! points times calls
+    integer(int64) :: n_tested = 0       !! of these, closest points computed; the rest was culled
+    integer(int64) :: n_iterations = 0   !! face evaluations of the local searches
+    integer(int64) :: n_fallbacks = 0    !! points that left the eight lanes for a single search
+    integer(int64) :: n_searches = 0     !! global searches
+    integer(int64) :: n_failures = 0     !! points for which every search failed: must be 0
+    integer :: max_iterations = 0        !! in one search of one point
+    integer :: n_touching = 0
+    integer :: first_failed = 0          !! point that was the first to fail, 0: none
+  end type contact_statistics_t
+
+  !> How far things move in a step at most, and what one tile adds to the whole.
+  type :: tile_result_t
+    real(wp) :: travel = 0.0_wp    !! points against the tool [length]
+    real(wp) :: longest = 0.0_wp   !! along a normal, amply [length]
+    real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
+    real(wp) :: slip_work = 0.0_wp, damped = 0.0_wp, passed = 0.0_wp   !! energies lost
+    type(contact_statistics_t) :: counts
+  end type tile_result_t
+
+  integer, parameter :: n_numbers = 17     ! of a result, with the travel of the next test
+
+contains
+
+  !> Does this process work a tile?
+  pure logical function is_worked_here(ranks, tile)
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: tile
+
+    is_worked_here = mod(tile - 1, ranks%n) == ranks%number
+  end function is_worked_here
+
+  !> Values of so many numbers for each of the tiles: how many come from each process.
+  pure function counts_of(ranks, tiles, sizes) result(counts)
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: tiles(:)
+    integer, intent(in) :: sizes(:)       !! numbers of each of them
+    integer :: counts(ranks%n), i
+
+    counts = 0
+    do i = 1, size(tiles)
+      associate (n => counts(mod(tiles(i) - 1, ranks%n) + 1))
+        n = n + sizes(i)
+      end associate
+    end do
+  end function counts_of
+
+  !> Where the numbers of each tile begin in what a gathering of them gives, less one.
+  pure function places_of(ranks, tiles, sizes) result(places)
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: tiles(:), sizes(:)
+    integer :: places(size(tiles)), at(ranks%n), counts(ranks%n), i
+
+    counts = counts_of(ranks, tiles, sizes)
+    at(1) = 0
+    do i = 2, ranks%n
+      at(i) = at(i - 1) + counts(i - 1)
+    end do
+    do i = 1, size(tiles)
+      associate (next => at(mod(tiles(i) - 1, ranks%n) + 1))
+        places(i) = next
+        next = next + sizes(i)
+      end associate
+    end do
+  end function places_of
+
+  !> Results of the tiles that were due, and when they must be tested again, at all processes.
+  subroutine exchange_results(ranks, due, tiles, results)
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: due(:)                        !! tiles
+    type(tile_t), intent(inout) :: tiles(:)
+    type(tile_result_t), intent(inout) :: results(:)     !! of all tiles
+    integer :: sizes(size(due)), places(size(due)), i, n
+    real(wp) :: own(n_numbers*size(due)), joined(n_numbers*size(due))
+
+    sizes = n_numbers
+    places = places_of(ranks, due, sizes)
+    n = 0
+    do i = 1, size(due)
+      if (.not. is_worked_here(ranks, due(i))) cycle
+      own(n + 1:n + n_numbers) = [tiles(due(i))%test_at, numbers_of(results(due(i)))]
+      n = n + n_numbers
+    end do
+    call ranks%gather(counts_of(ranks, due, sizes), own, joined, .true.)
+    do i = 1, size(due)
+      if (is_worked_here(ranks, due(i))) cycle
+      tiles(due(i))%test_at = joined(places(i) + 1)
+      results(due(i)) = result_of(joined(places(i) + 2:places(i) + n_numbers))
+    end do
+  end subroutine exchange_results
+
+  pure function numbers_of(result) result(numbers)
+    type(tile_result_t), intent(in) :: result
+    real(wp) :: numbers(n_numbers - 1)
+
+    associate (counts => result%counts)
+      numbers = [result%energy, result%depth, result%reaction, result%slip_work, result%damped, &
+                 result%passed, real(counts%n_tested, wp), real(counts%n_iterations, wp), &
+                 real(counts%n_fallbacks, wp), real(counts%n_searches, wp), &
+                 real(counts%n_failures, wp), real(counts%max_iterations, wp), &
+                 real(counts%n_touching, wp), real(counts%first_failed, wp)]
+    end associate
+  end function numbers_of
+
+  pure function result_of(numbers) result(found)
+    real(wp), intent(in) :: numbers(n_numbers - 1)
+    type(tile_result_t) :: found
+
+    found%energy = numbers(1)
+    found%depth = numbers(2)
+    found%reaction = numbers(3:5)
+    found%slip_work = numbers(6)
+    found%damped = numbers(7)
+    found%passed = numbers(8)
+    found%counts%n_tested = nint(numbers(9), int64)
+    found%counts%n_iterations = nint(numbers(10), int64)
+    found%counts%n_fallbacks = nint(numbers(11), int64)
+    found%counts%n_searches = nint(numbers(12), int64)
+    found%counts%n_failures = nint(numbers(13), int64)
+    found%counts%max_iterations = nint(numbers(14))
+    found%counts%n_touching = nint(numbers(15))
+    found%counts%first_failed = nint(numbers(16))
+  end function result_of
+
+  !> Forces of tiles on their control points, at all processes.
+  subroutine exchange_forces(ranks, touching, forces)
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: touching(:)                   !! tiles
+    real(wp), intent(inout) :: forces(:, :, :, :)        !! of all tiles, the last index
+    integer :: sizes(size(touching)), places(size(touching)), i, n, m
+    real(wp), allocatable :: own(:), joined(:)
+
+    m = size(forces)/max(1, size(forces, 4))
+    sizes = m
+    places = places_of(ranks, touching, sizes)
+    allocate (own(m*size(touching)), joined(m*size(touching)))
+    n = 0
+    do i = 1, size(touching)
+      if (.not. is_worked_here(ranks, touching(i))) cycle
+      own(n + 1:n + m) = reshape(forces(:, :, :, touching(i)), [m])
+      n = n + m
+    end do
+    call ranks%gather(counts_of(ranks, touching, sizes), own, joined, .true.)
+    do i = 1, size(touching)
+      if (is_worked_here(ranks, touching(i))) cycle
+      forces(:, :, :, touching(i)) = reshape(joined(places(i) + 1:places(i) + m), &
+                                             shape(forces(:, :, :, 1)))
+    end do
+  end subroutine exchange_forces
+
+  !> Values at the points of a face, which the processes have of their tiles, at all processes.
+  subroutine gather_points(ranks, tiles, n_along, values)
+    class(ranks_t), intent(in) :: ranks
+    type(tile_t), intent(in) :: tiles(:)
+    integer, intent(in) :: n_along                       !! points of a row of the face
+    real(wp), intent(inout) :: values(:, :)              !! shape (values of a point, points)
+    integer :: sizes(size(tiles)), places(size(tiles)), all_tiles(size(tiles)), t, row, n, m
+    real(wp), allocatable :: own(:), joined(:)
+
+    m = size(values, 1)
+    do t = 1, size(tiles)
+      all_tiles(t) = t
+      sizes(t) = m*product(tiles(t)%last - tiles(t)%first + 1)
+    end do
+    places = places_of(ranks, all_tiles, sizes)
+    allocate (own(size(values)), joined(size(values)))
+    n = 0
+    do t = 1, size(tiles)
+      if (.not. is_worked_here(ranks, t)) cycle
+      do row = tiles(t)%first(2), tiles(t)%last(2)
+        associate (low => (row - 1)*n_along + tiles(t)%first(1), &
+                   high => (row - 1)*n_along + tiles(t)%last(1))
+          own(n + 1:n + m*(high - low + 1)) = reshape(values(:, low:high), [m*(high - low + 1)])
+          n = n + m*(high - low + 1)
+        end associate
+      end do
+    end do
+    call ranks%gather(counts_of(ranks, all_tiles, sizes), own, joined, .true.)
+    do t = 1, size(tiles)
+      n = places(t)
+      do row = tiles(t)%first(2), tiles(t)%last(2)
+        associate (low => (row - 1)*n_along + tiles(t)%first(1), &
+                   high => (row - 1)*n_along + tiles(t)%last(1))
+          values(:, low:high) = reshape(joined(n + 1:n + m*(high - low + 1)), [m, high - low + 1])
+          n = n + m*(high - low + 1)
+        end associate
+      end do
+    end do
+  end subroutine gather_points
+
+end module tile_results
