@@ -47,6 +47,7 @@ module deck_run
   use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
+  use process_report, only: process_line, process_lines
   use provenance, only: provenance_lines
   implicit none
   private
@@ -312,6 +313,7 @@ contains
     type(run_t), intent(in) :: run
 
     call log_line(log, provenance_lines(setup%provenance))
+    if (allocated(model%ranks)) call log_line(log, process_line(model%ranks, omp_get_max_threads()))
     call log_model(log, model)
     call log_lines(log, source_lines(scene, model))
     call log_line(log, saving_words(saver))
@@ -423,6 +425,7 @@ contains
     if (relaxation_outcome(model%supports) /= "") then
       call log_line(log, "relaxation "//relaxation_outcome(model%supports))
     end if
+    if (allocated(model%ranks)) call log_lines(log, process_lines(model, timings%wall_seconds))
     call log_timings(log, timings)
   end subroutine finish
 

@@ -18,7 +18,9 @@ module contact
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, tile_positions, list_due, &
                            earliest_test, is_worth_threads, face_motion_t, new_face_motion, &
                            advance_motion
-  use ranks, only: ranks_t
+  use, intrinsic :: iso_fortran_env, only: int64
+  use ranks, only: ranks_t, traffic_t
+  use timer, only: clock_ticks
   use tile_results, only: contact_statistics_t, tile_result_t, is_worked_here, exchange_results, &
                           exchange_forces
   use pressed_points, only: pressed_points_t, most_points
@@ -87,6 +89,8 @@ module contact
     logical :: is_static = .false.           !! forces balance: springs alone, at their whole load
     class(ranks_t), allocatable :: ranks     !! processes that share the tiles; absent: one
     logical :: is_shared = .false.           !! they do: of its own tiles a process knows the points
+    type(traffic_t) :: traffic               !! between them
+    integer(int64) :: ticks = 0              !! of the clock, work on shared tiles
     real(wp) :: passed = 0.0_wp              !! energy of loads that moved points on to the tool or
                                              !! off it within static increments [energy]
   end type contact_t
@@ -203,7 +207,9 @@ contains
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
 
     logical :: are_threads
+    integer(int64) :: start
 
+    if (contact%is_shared) start = clock_ticks()
     are_threads = is_worth_threads(contact%secondary%n_points, contact%is_due)
     call advance_motion(contact%motion, tool%displacement, x)
     if (are_threads) then
@@ -213,7 +219,10 @@ contains
     else
       call work_tiles(contact, tool, x, force, dt)   ! a region of one thread costs time, too
     end if
-    if (contact%is_shared) call exchange_tiles(contact, force)
+    if (contact%is_shared) then
+      contact%ticks = contact%ticks + clock_ticks() - start
+      call exchange_tiles(contact, force)
+    end if
     contact%motion%is_started = .true.
     call sum_up(contact, tool, energy, max_penetration)
   end subroutine apply_contact
@@ -258,10 +267,10 @@ contains
 
     due = pack([(t, t=1, size(contact%tiles))], contact%is_due)
     if (size(due) == 0) return
-    call exchange_results(contact%ranks, due, contact%tiles, contact%results)
+    call exchange_results(contact%ranks, due, contact%tiles, contact%results, contact%traffic)
     touching = pack(due, contact%results(due)%counts%n_touching > 0)
     if (size(touching) == 0) return
-    call exchange_forces(contact%ranks, touching, contact%tile_force)
+    call exchange_forces(contact%ranks, touching, contact%tile_force, contact%traffic)
     call add_tile_forces(contact, size(touching), touching, force)
   end subroutine exchange_tiles
 

@@ -3,7 +3,7 @@
 module tile_results
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use ranks, only: ranks_t
+  use ranks, only: ranks_t, traffic_t, gather_counted
   use contact_tiles, only: tile_t
   implicit none
   private
@@ -81,11 +81,12 @@ contains
   end function places_of
 
   !> Results of the tiles that were due, and when they must be tested again, at all processes.
-  subroutine exchange_results(ranks, due, tiles, results)
+  subroutine exchange_results(ranks, due, tiles, results, traffic)
     class(ranks_t), intent(in) :: ranks
     integer, intent(in) :: due(:)                        !! tiles
     type(tile_t), intent(inout) :: tiles(:)
     type(tile_result_t), intent(inout) :: results(:)     !! of all tiles
+    type(traffic_t), intent(inout) :: traffic
     integer :: sizes(size(due)), places(size(due)), i, n
     real(wp) :: own(n_numbers*size(due)), joined(n_numbers*size(due))
 
@@ -97,7 +98,7 @@ contains
       own(n + 1:n + n_numbers) = [tiles(due(i))%test_at, numbers_of(results(due(i)))]
       n = n + n_numbers
     end do
-    call ranks%gather(counts_of(ranks, due, sizes), own, joined, .true.)
+    call gather_counted(ranks, counts_of(ranks, due, sizes), own, joined, traffic)
     do i = 1, size(due)
       if (is_worked_here(ranks, due(i))) cycle
       tiles(due(i))%test_at = joined(places(i) + 1)
@@ -139,10 +140,11 @@ contains
   end function result_of
 
   !> Forces of tiles on their control points, at all processes.
-  subroutine exchange_forces(ranks, touching, forces)
+  subroutine exchange_forces(ranks, touching, forces, traffic)
     class(ranks_t), intent(in) :: ranks
     integer, intent(in) :: touching(:)                   !! tiles
     real(wp), intent(inout) :: forces(:, :, :, :)        !! of all tiles, the last index
+    type(traffic_t), intent(inout) :: traffic
     integer :: sizes(size(touching)), places(size(touching)), i, n, m
     real(wp), allocatable :: own(:), joined(:)
 
@@ -156,7 +158,7 @@ contains
       own(n + 1:n + m) = reshape(forces(:, :, :, touching(i)), [m])
       n = n + m
     end do
-    call ranks%gather(counts_of(ranks, touching, sizes), own, joined, .true.)
+    call gather_counted(ranks, counts_of(ranks, touching, sizes), own, joined, traffic)
     do i = 1, size(touching)
       if (is_worked_here(ranks, touching(i))) cycle
       forces(:, :, :, touching(i)) = reshape(joined(places(i) + 1:places(i) + m), &

@@ -8,7 +8,7 @@ module element
   use failure, only: error_t, fail
   use text, only: string_t, to_text, append_text, counted
   use state_store, only: state_store_t, carry_field
-  use ranks, only: ranks_t
+  use ranks, only: ranks_t, traffic_t
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t, solid_face, evaluate_solid
   use nurbs_surface, only: nurbs_surface_t
@@ -109,8 +109,11 @@ module element
     procedure :: bending_copy => copy_of_element
     procedure :: take_moduli => keep_moduli
     procedure :: tile_loads => no_tiles
+    procedure :: tile_costs => no_tiles
     procedure :: share_tiles => keep_tiles
     procedure :: work_all => keep_all
+    procedure :: work_own => keep_all
+    procedure :: add_traffic => no_traffic
     procedure :: begin_step => keep_time
     procedure :: allow_viscosity => keep_viscosity
     procedure :: forget_faces => keep_no_faces
@@ -610,13 +613,20 @@ contains
     class(block_law_t), intent(in) :: law
   end subroutine keep_moduli
 
-  !> Elements of each tile, which processes can share; none: each of them works all.
+  !> Elements of each tile, which processes can share, or the time that it has taken here since it was
+  !! shared; none: each of them works all, or it is not known.
   pure function no_tiles(self) result(loads)
     class(element_t), intent(in) :: self
     real(wp), allocatable :: loads(:)
 
     allocate (loads(0))
   end function no_tiles
+
+  !> Add what passed between processes for the forces of the element.
+  pure subroutine no_traffic(self, traffic)
+    class(element_t), intent(in) :: self
+    type(traffic_t), intent(inout) :: traffic
+  end subroutine no_traffic
 
   !> Work but the own share of the tiles from now on, given the last tile of each process.
   subroutine keep_tiles(self, ranks, last)
@@ -625,7 +635,8 @@ contains
     integer, intent(in) :: last(:)
   end subroutine keep_tiles
 
-  !> Work all tiles again, as the other processes do: the state of all points must be there.
+  !> Work all tiles again, as the other processes do: the state of all points must be there. Or go on
+  !! with the own share of them.
   subroutine keep_all(self)
     class(element_t), intent(inout) :: self
   end subroutine keep_all

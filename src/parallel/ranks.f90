@@ -7,12 +7,21 @@
 !! Values are handed over as they are and never added up here: sums are taken by whoever needs them,
 !! in an order that does not depend on the number of processes.
 module ranks
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t
+  use timer, only: clock_ticks
   implicit none
   private
 
-  public :: share_error, is_first
+  public :: share_error, is_first, gather_counted, sum_traffic
+
+  !> What an exchange has cost so far.
+  type, public :: traffic_t
+    integer(int64) :: n_calls = 0
+    integer(int64) :: n_values = 0     !! of all processes together
+    integer(int64) :: ticks = 0        !! of the clock, waiting for the others included
+  end type traffic_t
 
   !> A process among all.
   type, public :: ranks_t
@@ -53,6 +62,32 @@ contains
     if (.not. allocated(error)) allocate (error)
     error%message = message
   end subroutine share_error
+
+  !> Add what an exchange has cost.
+  pure subroutine sum_traffic(part, total)
+    type(traffic_t), intent(in) :: part
+    type(traffic_t), intent(inout) :: total
+
+    total%n_calls = total%n_calls + part%n_calls
+    total%n_values = total%n_values + part%n_values
+    total%ticks = total%ticks + part%ticks
+  end subroutine sum_traffic
+
+  !> Gather values at all processes, and count what that costs.
+  subroutine gather_counted(ranks, counts, own, joined, traffic)
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: counts(:)
+    real(wp), intent(in), contiguous :: own(:)
+    real(wp), intent(inout), contiguous :: joined(:)
+    type(traffic_t), intent(inout) :: traffic
+    integer(int64) :: start
+
+    start = clock_ticks()
+    call ranks%gather(counts, own, joined, .true.)
+    traffic%ticks = traffic%ticks + clock_ticks() - start
+    traffic%n_values = traffic%n_values + sum(int(counts, int64))
+    traffic%n_calls = traffic%n_calls + 1
+  end subroutine gather_counted
 
   !> The values of all processes, one after the other in the order of their numbers; at the first
   !! one alone, or at all.

@@ -94,7 +94,7 @@ contains
     call begin_pace(run)
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call log_first_trims(log, model)
-    if (.not. model%step%is_static) call share_points(model)
+    if (.not. model%step%is_static) call share_points(model, may_move=.true.)
     if (.not. run%is_resumed) call apply_forces(model, run%instant)
     if (model%step%is_static .and. .not. run%is_resumed) call begin_static(model, run)
     do
@@ -104,7 +104,7 @@ contains
       else if (run%is_file_lost) then
         return
       else
-        if (.not. model%step%is_static) call share_points(model)
+        if (.not. model%step%is_static) call share_points(model, may_move=.false.)
         if (.not. retry_run(saver, model, run, results, log)) exit
       end if
     end do
@@ -281,7 +281,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: warnings(:), notes(:)
     real(wp) :: dt, rate
-    logical :: is_sample, is_frame, is_balanced, is_looking, is_through, was_static
+    logical :: is_sample, is_frame, is_balanced, is_looking, is_everywhere
+    logical :: is_through, was_static
 
     dt = run%instant%dt
     rate = model%rate
@@ -297,7 +298,8 @@ contains
     end if
     call take_due_state(saver, model, run, results, is_end)
     is_looking = is_sample .or. is_frame .or. is_end
-    if (is_looking) call look_at_points(model, is_everywhere=is_end)
+    is_everywhere = is_end
+    if (is_looking) call look_at_points(model, is_everywhere)
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
     if (.not. model%step%is_static) then
@@ -335,7 +337,7 @@ contains
       call log_step(log, model, run%instant%time)
     end if
     if (model%step%n_modes > 0) return
-    if (is_looking .and. .not. model%step%is_static) call share_points(model)
+    if (is_looking .and. .not. model%step%is_static) call share_points(model, is_everywhere)
     if (model%step%is_static) then
       call start_watch(model%timer, run%watch_static)
       call take_static_increment(model, run, log, error)
@@ -351,11 +353,13 @@ contains
   end subroutine run_increment
 
   !> Several processes work their own points from here on.
-  subroutine share_points(model)
+  subroutine share_points(model, may_move)
     type(model_t), intent(inout) :: model
+    logical, intent(in) :: may_move        !! from one to another: all processes know all points
 
     if (.not. allocated(model%ranks)) return
-    call share_parts(model%bodies%blank%parts, model%bodies%blank%law%is_serial, model%ranks)
+    call share_parts(model%bodies%blank%parts, model%bodies%blank%law%is_serial, model%ranks, &
+                     may_move)
     call share_pairs(model%forces, model%ranks)
   end subroutine share_points
 

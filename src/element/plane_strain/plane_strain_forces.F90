@@ -8,6 +8,7 @@ module plane_strain_forces
   use solid_patch, only: solid_patch_t, plane_strain_t, tile_t, block_t, n_blocks_of, next_block
   use bulk_viscosity, only: viscous_factors
   use tile_exchange, only: exchange_tiles
+  use tile_shares, only: begin_tile, end_tile
   use solid_forces, only: add_report, finish_evaluation
 #include "plane_strain_uses.inc"
   implicit none
@@ -38,8 +39,10 @@ contains
     motion = 0.0_wp
     !$omp do schedule(static)
     do t = patch%shares%first, patch%shares%last
+      call begin_tile(patch%shares, t)
       call work_tile(patch, plane, law, patch%tiles(t), dt, x, v, motion, plane%sides(t)%force, &
                      reports(t))
+      call end_tile(patch%shares, t)
     end do
     !$omp end do
     if (.not. patch%shares%is_shared) call add_sides(patch, plane, force)

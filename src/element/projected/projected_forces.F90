@@ -10,6 +10,7 @@ module projected_forces
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_elements_of, next_group, &
                          most_in_group, cut_number
   use tile_exchange, only: exchange_tiles
+  use tile_shares, only: begin_tile, end_tile
   use strain_projection, only: projection_t, project_nothing, project_sheet, project_along
   use projected_points, only: correct_volume, split_volume, join_volume, &
                               correct_sheet, split_sheet, join_sheet, logarithmic_volumes, &
@@ -51,8 +52,10 @@ contains
     !$omp parallel default(shared) private(t) if (.not. law%is_serial)
     !$omp do schedule(static)
     do t = patch%shares%first, patch%shares%last
+      call begin_tile(patch%shares, t)
       call forces_of_tile(patch, projection, law, patch%tiles(t), dt, x, v, force, &
                           buffers(t)%force, reports(t))
+      call end_tile(patch%shares, t)
     end do
     !$omp end do
     if (.not. patch%shares%is_shared) call add_tiles(patch, buffers, force)

@@ -9,6 +9,7 @@ module shell_forces
                          n_blocks_of, next_block, cut_number
   use kernel_dispatch, only: instance_of
   use tile_exchange, only: exchange_tiles
+  use tile_shares, only: begin_tile, end_tile
   use shell_context, only: placed_law_t, new_placed_law, place_block
   use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
                           finish_evaluation
@@ -68,8 +69,10 @@ contains
     !$omp parallel default(shared) private(t) if (.not. law%is_serial)
     !$omp do schedule(static)
     do t = patch%shares%first, patch%shares%last
+      call begin_tile(patch%shares, t)
       call forces_of_tile(patch, points, fields, law, t, dt, x, force, buffers(t)%force, &
                           reports(t))
+      call end_tile(patch%shares, t)
     end do
     !$omp end do
     if (.not. patch%shares%is_shared) call add_all(patch, buffers, fields, force)

@@ -16,8 +16,8 @@ module solid_element
   use solid_patch, only: solid_patch_t, tile_buffer_t, block_t, element_of_lane, lane_of_element, &
                       is_counted_lane, block_at, block_number, row_of_point, place_of_point, &
                       local_place, find_blocks_here, n_elements_of
-  use tile_shares, only: work_own_tiles, work_all_tiles
-  use ranks, only: ranks_t
+  use tile_shares, only: share_out, work_own_tiles, work_all_tiles
+  use ranks, only: ranks_t, traffic_t, sum_traffic
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
   use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
   use patch_outline, only: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, &
@@ -66,8 +66,11 @@ module solid_element
     procedure :: elastic_copy
     procedure :: take_moduli
     procedure :: tile_loads
+    procedure :: tile_costs
     procedure :: share_tiles
     procedure :: work_all
+    procedure :: work_own
+    procedure :: add_traffic
     procedure :: scale_mass
     procedure :: damping_ratio
     procedure :: single
@@ -442,12 +445,29 @@ contains
     class(ranks_t), intent(in) :: ranks
     integer, intent(in) :: last(:)
 
-    associate (shares => self%patch%shares)
-      if (.not. allocated(shares%ranks)) allocate (shares%ranks, source=ranks)
-      shares%last_of = last
-      call work_own_tiles(shares)
-    end associate
+    call share_out(self%patch%shares, ranks, last)
   end subroutine share_tiles
+
+  pure function tile_costs(self) result(loads)
+    class(solid_element_t), intent(in) :: self
+    real(wp), allocatable :: loads(:)
+
+    allocate (loads(0))
+    if (allocated(self%patch%shares%ticks)) loads = real(self%patch%shares%ticks, wp)
+  end function tile_costs
+
+  pure subroutine add_traffic(self, traffic)
+    class(solid_element_t), intent(in) :: self
+    type(traffic_t), intent(inout) :: traffic
+
+    call sum_traffic(self%patch%shares%traffic, traffic)
+  end subroutine add_traffic
+
+  subroutine work_own(self)
+    class(solid_element_t), intent(inout) :: self
+
+    if (allocated(self%patch%shares%last_of)) call work_own_tiles(self%patch%shares)
+  end subroutine work_own
 
   subroutine work_all(self)
     class(solid_element_t), intent(inout) :: self

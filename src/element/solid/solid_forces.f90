@@ -7,6 +7,7 @@ module solid_forces
   use element, only: force_report_t, merge_reports
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
   use tile_exchange, only: exchange_tiles
+  use tile_shares, only: begin_tile, end_tile
   use block_gather, only: gather_block, weigh_block, add_block
   use point_context, only: point_context_t, new_point_context
   use patch_points, only: set_clock, set_lanes
@@ -37,7 +38,9 @@ contains
     !$omp parallel default(shared) private(t) if (.not. law%is_serial)
     !$omp do schedule(static)
     do t = patch%shares%first, patch%shares%last
+      call begin_tile(patch%shares, t)
       call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, force, buffers(t)%force, reports(t))
+      call end_tile(patch%shares, t)
     end do
     !$omp end do
     if (.not. patch%shares%is_shared) call add_tiles(patch, buffers, force)

@@ -3,6 +3,7 @@
 !! gets the buffers as they are and adds them in the order of the tiles, as one process does.
 module tile_exchange
   use kinds, only: wp
+  use ranks, only: gather_counted
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t
   implicit none
@@ -44,7 +45,7 @@ contains
         call pack_field(patch%tiles(t), buffers(t), shares%own, at, force)
         if (present(more)) call pack_field(patch%tiles(t), more_buffers(t), shares%own, at, more)
       end do
-      call shares%ranks%gather(counts, shares%own, shares%joined, .true.)
+      call gather_counted(shares%ranks, counts, shares%own, shares%joined, shares%traffic)
       at = 0
       do t = 1, size(patch%tiles)
         if (t == shares%first) at = at + counts(shares%ranks%number + 1)
