@@ -1,4 +1,4 @@
-!> What the processes of a run are, how evenly they worked and what passed between them, for the log.
+!> For the log: the processes of a run, how evenly they worked and what passed between them.
 module process_report
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp

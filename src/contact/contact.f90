@@ -21,8 +21,8 @@ module contact
   use, intrinsic :: iso_fortran_env, only: int64
   use ranks, only: ranks_t, traffic_t
   use timer, only: clock_ticks
-  use tile_results, only: contact_statistics_t, tile_result_t, is_worked_here, exchange_results, &
-                          exchange_forces
+  use tile_results, only: contact_statistics_t, tile_result_t, count_iterations, is_worked_here, &
+                          exchange_results, exchange_forces
   use pressed_points, only: pressed_points_t, most_points
   use penalty, only: stiffness_from_mass, no_contact, find_pressed_depths, push_points, &
                      contact_damping_t, new_contact_damping, damp_points
@@ -96,15 +96,6 @@ module contact
   end type contact_t
 
 contains
-
-  !> Count face evaluations of local searches.
-  pure subroutine count_iterations(counts, n_iterations, n_points)
-    type(contact_statistics_t), intent(inout) :: counts
-    integer, intent(in) :: n_iterations, n_points
-
-    counts%n_iterations = counts%n_iterations + n_iterations*n_points
-    counts%max_iterations = max(counts%max_iterations, n_iterations)
-  end subroutine count_iterations
 
   !> Set up a contact. Rejected: negative options, a depth limit not below the tool's search
   !! distance, a time step or masses that are not positive.

@@ -1,5 +1,5 @@
-!> The contact of a face worked by several processes: each works some of the tiles of points, and all
-!! hear what these find. Tiles are dealt out one by one, for those that touch lie side by side.
+!> What a tile of contact points found, and how processes that each work some of the tiles tell each
+!! other. Tiles are dealt out one by one, for those that touch lie side by side.
 module tile_results
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -8,7 +8,7 @@ module tile_results
   implicit none
   private
 
-  public :: contact_statistics_t, tile_result_t
+  public :: contact_statistics_t, tile_result_t, count_iterations
   public :: is_worked_here, exchange_results, exchange_forces, gather_points
 
   !> Counts over all calls; `n_touching` of the last call.
@@ -37,6 +37,15 @@ module tile_results
   integer, parameter :: n_numbers = 17     ! of a result, with the travel of the next test
 
 contains
+
+  !> Count face evaluations of local searches.
+  pure subroutine count_iterations(counts, n_iterations, n_points)
+    type(contact_statistics_t), intent(inout) :: counts
+    integer, intent(in) :: n_iterations, n_points
+
+    counts%n_iterations = counts%n_iterations + n_iterations*n_points
+    counts%max_iterations = max(counts%max_iterations, n_iterations)
+  end subroutine count_iterations
 
   !> Does this process work a tile?
   pure logical function is_worked_here(ranks, tile)

@@ -613,8 +613,8 @@ contains
     class(block_law_t), intent(in) :: law
   end subroutine keep_moduli
 
-  !> Elements of each tile, which processes can share, or the time that it has taken here since it was
-  !! shared; none: each of them works all, or it is not known.
+  !> Elements of each tile, which processes can share, or the time that it has taken here since it
+  !! was shared; none: each of them works all, or it is not known.
   pure function no_tiles(self) result(loads)
     class(element_t), intent(in) :: self
     real(wp), allocatable :: loads(:)
@@ -635,8 +635,8 @@ contains
     integer, intent(in) :: last(:)
   end subroutine keep_tiles
 
-  !> Work all tiles again, as the other processes do: the state of all points must be there. Or go on
-  !! with the own share of them.
+  !> Work all tiles again, as the other processes do: the state of all points must be there. Or go
+  !! on with the own share of them.
   subroutine keep_all(self)
     class(element_t), intent(inout) :: self
   end subroutine keep_all

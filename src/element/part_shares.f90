@@ -16,8 +16,8 @@ contains
 
   !> Each process works its share of the tiles of all parts from now on: contiguous ranges in the
   !! order of the parts, even in the time that tiles took before, or else in elements. Where points
-  !! are not known everywhere, each goes on with what it has. A law that must run on one thread stays
-  !! with the first process.
+  !! are not known everywhere, each goes on with what it has. A law that must run on one thread
+  !! stays with the first process.
   subroutine share_parts(parts, is_serial, ranks, may_move)
     type(part_t), intent(inout) :: parts(:)
     logical, intent(in) :: is_serial             !! the law

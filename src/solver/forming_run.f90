@@ -279,10 +279,10 @@ contains
     type(saver_t), intent(inout) :: saver
     logical, intent(out) :: is_end
     type(error_t), allocatable, intent(out) :: error
-    type(string_t), allocatable :: warnings(:), notes(:)
+    type(string_t), allocatable :: warnings(:)
     real(wp) :: dt, rate
     logical :: is_sample, is_frame, is_balanced, is_looking, is_everywhere
-    logical :: is_through, was_static
+    logical :: is_through
 
     dt = run%instant%dt
     rate = model%rate
@@ -326,15 +326,8 @@ contains
         return
       end if
       is_end = .false.
-      call check_relaxation(model, error)
+      call change_step(model, run, log, rate, error)
       if (allocated(error)) return
-      was_static = model%step%is_static
-      call enter_next_step(model, run, notes, error)
-      call log_lines(log, notes)
-      if (allocated(error)) return
-      if (was_static .and. .not. model%step%is_static) call begin_motion(model, run, rate)
-      call begin_pace(run)
-      call log_step(log, model, run%instant%time)
     end if
     if (model%step%n_modes > 0) return
     if (is_looking .and. .not. model%step%is_static) call share_points(model, is_everywhere)
@@ -374,6 +367,27 @@ contains
     call join_pairs(model%forces)
     call share_pairs(model%forces)
   end subroutine look_at_points
+
+  !> From one step of the deck to the next.
+  subroutine change_step(model, run, log, rate, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(run_log_t), intent(inout) :: log
+    real(wp), intent(in) :: rate           !! as in `take_step`
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: notes(:)
+    logical :: was_static
+
+    call check_relaxation(model, error)
+    if (allocated(error)) return
+    was_static = model%step%is_static
+    call enter_next_step(model, run, notes, error)
+    call log_lines(log, notes)
+    if (allocated(error)) return
+    if (was_static .and. .not. model%step%is_static) call begin_motion(model, run, rate)
+    call begin_pace(run)
+    call log_step(log, model, run%instant%time)
+  end subroutine change_step
 
   !> Modes at the end of a step of frequencies.
   subroutine find_due_modes(model, run, results, log, error)

@@ -12,7 +12,7 @@ module shell_setup
   use bulk_viscosity, only: new_viscosity
   use solid_patch, only: solid_patch_t, shell_points_t, block_t, block_at, element_of_lane, &
                          local_place, weights_of_row, basis_at
-  use patch_setup, only: cut_patch
+  use patch_setup, only: cut_patch, most_tiles
   use shell_forces, only: set_metric, shell_kernel_of
   use shell_context, only: set_layers
   implicit none
@@ -71,7 +71,7 @@ contains
     end do
     patch%is_rational = any(abs(middle%weights/middle%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
     if (patch%is_rational) patch%weights = middle%weights
-    n_tiles = merge(1, 16, law%is_serial)
+    n_tiles = most_tiles(patch, law)
     if (present(moments)) then
       call new_trimmed_lanes(middle%axes(:2), patch%axes(:2), moments, lanes)
       call cut_patch(patch, n_tiles, 1, lanes)

@@ -19,7 +19,7 @@ module patch_setup
   private
 
   public :: new_patch, new_cut_patch, new_tile_buffers, element_patch, separate_rows, check_shape
-  public :: cut_patch
+  public :: cut_patch, most_tiles
 
   !> So far towards the centre of an element its ends are tested, as a share of the way: at degree 1
   !! the jacobian has a step between elements.
@@ -81,9 +81,7 @@ contains
     real(wp), allocatable :: lengths(:, :)
     integer :: q(3)
 
-    ! A law that must run on one thread gets the elements in their order: one tile for all.
-    call complete_patch(patch, max(1, law%n_state), merge(1, 16, law%is_serial), law%n_together, &
-                        lanes)
+    call complete_patch(patch, max(1, law%n_state), most_tiles(patch, law), law%n_together, lanes)
     if (patch%has_context) call set_reference(patch, solid)
     call find_lengths(patch, solid, lengths, error)
     patch%shortest = minval(lengths)
@@ -104,6 +102,18 @@ contains
     call set_rows(patch, rows_of(patch%kernel), n_state)
     if (patch%is_rational) call set_rational(patch)
   end subroutine complete_patch
+
+  !> How many tiles are worth their borders: enough for the threads of a machine, and of a large
+  !! patch for those of several. A law that must run on one thread gets the elements in their order:
+  !! one tile for all.
+  pure integer function most_tiles(patch, law) result(n)
+    type(solid_patch_t), intent(in) :: patch
+    class(block_law_t), intent(in) :: law
+    integer, parameter :: least = 16, most = 128, rows = 12   ! tiles; elements across a tile
+
+    n = 1
+    if (.not. law%is_serial) n = min(most, max(least, patch%axes(2)%n_elements/rows))
+  end function most_tiles
 
   !> Cut a patch into blocks and tiles.
   subroutine cut_patch(patch, n_tiles, n_together, lanes)
