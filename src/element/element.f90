@@ -113,6 +113,7 @@ module element
     procedure :: share_tiles => keep_tiles
     procedure :: work_all => keep_all
     procedure :: work_own => keep_all
+    procedure :: is_here => is_known
     procedure :: add_traffic => no_traffic
     procedure :: begin_step => keep_time
     procedure :: allow_viscosity => keep_viscosity
@@ -621,6 +622,14 @@ contains
 
     allocate (loads(0))
   end function no_tiles
+
+  !> Does this process hold the state of an element?
+  pure logical function is_known(self, element)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: element(3)
+
+    is_known = .true.
+  end function is_known
 
   !> Add what passed between processes for the forces of the element.
   pure subroutine no_traffic(self, traffic)

@@ -12,7 +12,7 @@ module checkpoint
   use text, only: string_t, to_text, append_text
   use checksum, only: file_checksum
   use ranks, only: ranks_t, is_first, share_error
-  use store_gather, only: gather_tables
+  use store_gather, only: gather_entry
   use state_store, only: state_store_t, add_entry
   use system_files, only: remove_file, is_no_file, kind_of_file, true_path, draft_ending, &
                           install_file
@@ -74,23 +74,39 @@ contains
     character(*), intent(in) :: result_file      !! flushed; a path to the open file itself
     type(error_t), allocatable, intent(out) :: error
     class(ranks_t), intent(in), optional :: ranks
-    type(state_store_t) :: joined
+    type(ranks_t) :: alone
 
     if (.not. present(ranks)) then
-      call write_whole(path, header, store, result_file, error)
+      call write_whole(path, header, store, result_file, alone, error)
       return
     end if
-    joined = store
-    call gather_tables(ranks, joined, is_everywhere=.false.)
-    if (is_first(ranks)) call write_whole(path, header, joined, result_file, error)
+    if (is_first(ranks)) then
+      call write_whole(path, header, store, result_file, ranks, error)
+    else
+      call hand_over(store, ranks)
+    end if
     call share_error(ranks, error)
   end subroutine write_checkpoint
 
-  subroutine write_whole(path, header, store, result_file, error)
+  !> What is held here of the tables goes to the process that writes.
+  subroutine hand_over(store, ranks)
+    type(state_store_t), intent(in) :: store
+    class(ranks_t), intent(in) :: ranks
+    real(wp), allocatable :: ignored(:)
+    integer :: i
+
+    do i = 1, store%n_entries
+      if (allocated(store%entries(i)%columns)) &
+        call gather_entry(ranks, store%entries(i), .false., ignored)
+    end do
+  end subroutine hand_over
+
+  subroutine write_whole(path, header, store, result_file, ranks, error)
     character(*), intent(in) :: path
     type(checkpoint_header_t), intent(in) :: header
     type(state_store_t), intent(in) :: store
     character(*), intent(in) :: result_file
+    class(ranks_t), intent(in) :: ranks
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: location, new, reason
 
@@ -102,7 +118,11 @@ contains
     if (allocated(store%reason) .and. .not. allocated(error)) then
       if (store%reason /= "") call fail(error, "internal error, "//store%reason)
     end if
-    if (.not. allocated(error)) call write_state(new, header, store, error)
+    if (allocated(error)) then
+      call hand_over(store, ranks)   ! to nobody: the others wait for it
+    else
+      call write_state(new, header, store, ranks, error)
+    end if
     if (.not. allocated(error)) call append_result(new, result_file, error)
     if (.not. allocated(error)) then
       call install_file(new, location, reason)
@@ -113,13 +133,15 @@ contains
     error%message = "checkpoint '"//path//"' not written: "//error%message
   end subroutine write_whole
 
-  subroutine write_state(path, header, store, error)
+  subroutine write_state(path, header, store, ranks, error)
     character(*), intent(in) :: path
     type(checkpoint_header_t), intent(in) :: header
     type(state_store_t), intent(in) :: store
+    class(ranks_t), intent(in) :: ranks
     type(error_t), allocatable, intent(out) :: error
     type(hdf5_file_t) :: file
     character(:), allocatable :: names
+    real(wp), allocatable :: whole(:)
     integer :: i
 
     call create_file(file, path, is_checked=.true.)
@@ -133,8 +155,14 @@ contains
     names = ""
     do i = 1, store%n_entries
       associate (entry => store%entries(i))
-        call write_reals(file, "/state/"//entry%name, entry%values, [size(entry%values)], "", &
-                         "see docs/running.md")
+        if (allocated(entry%columns)) then
+          call gather_entry(ranks, entry, .false., whole)
+          call write_reals(file, "/state/"//entry%name, whole, [size(whole)], "", &
+                           "see docs/running.md")
+        else
+          call write_reals(file, "/state/"//entry%name, entry%values, [size(entry%values)], "", &
+                           "see docs/running.md")
+        end if
         names = names//entry%name//new_line("a")
       end associate
     end do

@@ -8,7 +8,8 @@ module failure_location
   use block_law, only: block_law_t
   use secondary_surface, only: point_position
   use patch_points, only: determinant, inverse_rows
-  use element, only: element_t, next_element
+  use element, only: element_t, next_element, grid_number
+  use ranks, only: ranks_t
   use blank, only: blank_t
   use simple_shear, only: sheet_shear, equivalent_strain
   use contact, only: contact_t
@@ -111,8 +112,9 @@ contains
 
   !> The point with the largest simple shear, see `sheet_shear`, among the most strained ones of all
   !! elements; none found where none can have sheared by one.
-  subroutine most_sheared(blank, location, shear)
+  subroutine most_sheared(blank, location, shear, ranks)
     type(blank_t), intent(in) :: blank
+    class(ranks_t), intent(in), optional :: ranks     !! processes that hold the points
     type(location_t), intent(out) :: location
     real(wp), intent(out) :: shear
     type(nurbs_solid_t) :: now
@@ -128,7 +130,7 @@ contains
         e = [0, 1, 1]
         do n = 1, product(element%n_elements)
           call next_element(element%n_elements, e)
-          if (element%is_outside(e)) cycle
+          if (element%is_outside(e) .or. .not. element%is_here(e)) cycle
           call element%read_element(e, stress, state)
           point = most_strained(blank%law, stress, state)
           if (point(1) == 0) cycle
@@ -142,11 +144,41 @@ contains
         if (location%part == p) call set_position(element, now, location)
       end associate
     end do
+    if (present(ranks)) call take_largest(ranks, blank, shear, location)
   end subroutine most_sheared
 
-  !> The point with the largest damage indicator of a law that has one; none found without damage.
-  subroutine most_damaged(blank, location, damage)
+  !> The largest value that a process has found, and its location: of equal ones the first one in
+  !! the order of the elements.
+  subroutine take_largest(ranks, blank, value, location)
+    class(ranks_t), intent(in) :: ranks
     type(blank_t), intent(in) :: blank
+    real(wp), intent(inout) :: value
+    type(location_t), intent(inout) :: location
+    integer, parameter :: n = 14
+    real(wp) :: own(n), joined(n*ranks%n), found(n, ranks%n)
+    integer :: best
+
+    own = [value, 0.0_wp, 0.0_wp, real(location%part, wp), real(location%element, wp), &
+           real(location%point, wp), location%position, &
+           merge(1.0_wp, 0.0_wp, location%is_at_start)]
+    if (location%part > 0) own(2:3) = [real(location%part, wp), real(grid_number(blank%parts( &
+      location%part)%element%n_elements, location%element), wp)]
+    call ranks%gather(spread(n, 1, ranks%n), own, joined, .true.)
+    found = reshape(joined, [n, ranks%n])
+    best = minloc(found(3, :), 1, mask=found(1, :) >= maxval(found(1, :)) .and. found(2, :) &
+                  <= minval(found(2, :), mask=found(1, :) >= maxval(found(1, :))))
+    value = found(1, best)
+    location%part = nint(found(4, best))
+    location%element = nint(found(5:7, best))
+    location%point = nint(found(8:10, best))
+    location%position = found(11:13, best)
+    location%is_at_start = found(14, best) > 0.5_wp
+  end subroutine take_largest
+
+  !> The point with the largest damage indicator of a law that has one; none found without damage.
+  subroutine most_damaged(blank, location, damage, ranks)
+    type(blank_t), intent(in) :: blank
+    class(ranks_t), intent(in), optional :: ranks     !! as above
     type(location_t), intent(out) :: location
     real(wp), intent(out) :: damage
     real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
@@ -159,7 +191,7 @@ contains
         e = [0, 1, 1]
         do n = 1, product(element%n_elements)
           call next_element(element%n_elements, e)
-          if (element%is_outside(e)) cycle
+          if (element%is_outside(e) .or. .not. element%is_here(e)) cycle
           call element%read_element(e, stress, state)
           if (.not. maxval(state(blank%law%n_state, :, :, :)) > damage) cycle
           damage = maxval(state(blank%law%n_state, :, :, :))
@@ -168,6 +200,7 @@ contains
         if (location%part == p) call set_position(element, grid_now(element), location)
       end associate
     end do
+    if (present(ranks)) call take_largest(ranks, blank, damage, location)
   end subroutine most_damaged
 
   !> The most strained point of an element; zeros where its strain is below that of a simple shear

@@ -281,8 +281,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: warnings(:)
     real(wp) :: dt, rate
-    logical :: is_sample, is_frame, is_balanced, is_looking, is_everywhere
-    logical :: is_through
+    logical :: is_sample, is_frame, is_last, is_balanced, is_looking, is_through
 
     dt = run%instant%dt
     rate = model%rate
@@ -297,9 +296,10 @@ contains
       is_frame = is_frame .or. is_due(run%control, run%control%frames, run%instant%time)
     end if
     call take_due_state(saver, model, run, results, is_end)
-    is_looking = is_sample .or. is_frame .or. is_end
-    is_everywhere = is_end
-    if (is_looking) call look_at_points(model, is_everywhere)
+    is_looking = is_frame .or. is_end
+    is_last = is_end
+    if (is_last) call look_at_points(model, is_everywhere=.true.)
+    if (is_sample) call look_at_contact(model)
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
     if (.not. model%step%is_static) then
@@ -315,6 +315,7 @@ contains
     if (is_frame) then
       call start_watch(model%timer, run%watch_output)
       if (run%n_steps > 0) run%control%frames%done = run%control%frames%done + 1
+      if (.not. is_last) call look_at_points(model, is_everywhere=.false.)
       call add_frame(model, run)
       call stop_watch(model%timer, run%watch_output)
     end if
@@ -330,7 +331,7 @@ contains
       if (allocated(error)) return
     end if
     if (model%step%n_modes > 0) return
-    if (is_looking .and. .not. model%step%is_static) call share_points(model, is_everywhere)
+    if (is_looking .and. .not. model%step%is_static) call share_points(model, is_last)
     if (model%step%is_static) then
       call start_watch(model%timer, run%watch_static)
       call take_static_increment(model, run, log, error)
@@ -388,6 +389,13 @@ contains
     call begin_pace(run)
     call log_step(log, model, run%instant%time)
   end subroutine change_step
+
+  !> Each process knows all contact points.
+  subroutine look_at_contact(model)
+    type(model_t), intent(inout) :: model
+
+    if (allocated(model%ranks)) call join_pairs(model%forces)
+  end subroutine look_at_contact
 
   !> Modes at the end of a step of frequencies.
   subroutine find_due_modes(model, run, results, log, error)
@@ -521,9 +529,11 @@ contains
       call warn_once(added_mass_warning(model%bodies%blank, run%balance, run%instant), &
                      run%has_warned_of_mass)
     if (.not. run%has_warned_of_shear) &
-      call warn_once(shear_warning(model%bodies%blank, run%instant), run%has_warned_of_shear)
+      call warn_once(shear_warning(model%bodies%blank, run%instant, model%ranks), &
+                     run%has_warned_of_shear)
     if (.not. run%has_warned_of_damage) &
-      call warn_once(damage_warning(model%bodies%blank, run%instant), run%has_warned_of_damage)
+      call warn_once(damage_warning(model%bodies%blank, run%instant, model%ranks), &
+                     run%has_warned_of_damage)
 
   contains
 

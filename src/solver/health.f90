@@ -129,32 +129,34 @@ contains
 
   !> Warning where the tensors of a law oscillate in large shear, and a point has sheared so much;
   !! empty otherwise.
-  function shear_warning(blank, instant) result(warning)
+  function shear_warning(blank, instant, ranks) result(warning)
     type(blank_t), intent(in) :: blank
     type(instant_t), intent(in) :: instant
+    class(ranks_t), intent(in), optional :: ranks     !! processes that hold the points
     character(:), allocatable :: warning
     type(location_t) :: location
     real(wp) :: shear
 
     warning = ""
     if (blank%law%shear_warning() == "") return
-    call most_sheared(blank, location, shear)
+    call most_sheared(blank, location, shear, ranks)
     if (shear > shear_limit) warning = "warning: the blank has sheared by "// &
       rounded_text(shear)//", "//when(instant)//", in "//location_text(blank, location)//": "// &
       blank%law%shear_warning()
   end function shear_warning
 
   !> Warning where the damage indicator of the law has reached 1; empty otherwise.
-  function damage_warning(blank, instant) result(warning)
+  function damage_warning(blank, instant, ranks) result(warning)
     type(blank_t), intent(in) :: blank
     type(instant_t), intent(in) :: instant
+    class(ranks_t), intent(in), optional :: ranks     !! as above
     character(:), allocatable :: warning
     type(location_t) :: location
     real(wp) :: damage
 
     warning = ""
     if (.not. blank%law%has_damage) return
-    call most_damaged(blank, location, damage)
+    call most_damaged(blank, location, damage, ranks)
     if (damage >= 1.0_wp) warning = "warning: fracture is expected: the damage indicator is "// &
       rounded_text(damage)//", "//when(instant)//", in "//location_text(blank, location)
   end function damage_warning

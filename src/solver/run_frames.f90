@@ -8,6 +8,7 @@ module run_frames
   use contact_fields, only: face_pressure, set_tool_pressure
   use history_columns, only: rotating_tools
   use failure, only: error_t
+  use ranks, only: is_first
   use timer, only: start_watch, stop_watch
   use run_state, only: run_t
   implicit none
@@ -18,6 +19,14 @@ module run_frames
 
 contains
 
+  !> Is this the process that writes frames? Others count them alone.
+  pure logical function is_filling(model)
+    type(model_t), intent(in) :: model
+
+    is_filling = .true.
+    if (allocated(model%ranks)) is_filling = is_first(model%ranks)
+  end function is_filling
+
   !> A frame with room for the fields of the model.
   subroutine new_frame(model, frame)
     type(model_t), intent(in) :: model
@@ -26,6 +35,7 @@ contains
 
     n_tools = size(model%bodies%tools)
     n_shown = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
+    if (.not. is_filling(model)) return
     allocate (frame%patches(size(model%bodies%blank%parts)))
     do p = 1, size(frame%patches)
       associate (body => model%bodies%blank%parts(p)%element, fields => frame%patches(p))
@@ -52,6 +62,7 @@ contains
 
     frame%time = time
     frame%process_step = model%i_step
+    if (.not. is_filling(model)) return
     do p = 1, size(frame%patches)
       call model%bodies%blank%parts(p)%element%body_motion(frame%patches(p)%points, &
                                                            frame%patches(p)%velocity)

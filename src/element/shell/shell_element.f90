@@ -18,9 +18,10 @@ module shell_element
                      read_layer, add_to_layer
   use lumped_mass, only: new_lumped_mass
   use solid_patch, only: solid_patch_t, block_t, shell_points_t, row_of_point, lane_of_element, &
-                         place_of_point, block_at, basis_at, find_blocks_here
+                         place_of_point, block_at, basis_at, find_blocks_here, is_block_here
   use patch_setup, only: new_tile_buffers
   use solid_element, only: solid_element_t, stiffness_of_blocks
+  use tile_exchange, only: sum_of_blocks
   use shell_outline, only: mass_inside, carry_over, share_of_leaders
   use shell_setup, only: shortest_length, mid_surface, new_shell_patch, damp_bending_of
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
@@ -359,27 +360,29 @@ contains
     class(shell_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
     real(wp), intent(out) :: energy
+    real(wp) :: energies(self%rule(3)%n, self%patch%together, self%patch%n_blocks)
     integer :: block, row, layer, n
 
     n = self%rule(3)%n
-    energy = 0.0_wp
     do block = 1, self%patch%n_blocks
+      if (.not. is_block_here(self%patch, block)) cycle
       do row = 1, self%patch%together
         do layer = 1, n
-          energy = energy + 0.5_wp*self%rule(3)%weights(layer) &
-                   *energy_of_lanes(law%bulk, law%shear, self%points%volume(:, row, block), &
-                                    self%points%normal(:, 1, row, block) &
-                                    + self%rule(3)%points(layer) &
-                                    *self%points%normal(:, 2, row, block), &
-                                    self%patch%stress(:, layer + n*(row - 1), :, 1, block))
+          associate (points => self%points, t => self%rule(3))
+            energies(layer, row, block) = 0.5_wp*t%weights(layer)*energy_of_lanes( &
+              law%bulk, law%shear, points%volume(:, row, block), points%normal(:, 1, row, block) &
+              + t%points(layer)*points%normal(:, 2, row, block), &
+              self%patch%stress(:, layer + n*(row - 1), :, 1, block))
+          end associate
         end do
       end do
     end do
+    energy = sum_of_blocks(self%patch, n*self%patch%together, energies)
   end subroutine elastic_energy
 
   pure real(wp) function energy_of_lanes(bulk, shear, volume, normal, s) result(energy)
-    real(wp), intent(in) :: bulk, shear, volume(n_lanes)
-    real(wp), intent(in) :: normal(n_lanes), s(n_lanes, 3)   !! s: in the sheet, less `normal`
+    !> `s` is that in the sheet, less `normal`.
+    real(wp), intent(in) :: bulk, shear, volume(n_lanes), normal(n_lanes), s(n_lanes, 3)
     real(wp) :: mean(n_lanes)
 
     mean = (s(:, 1) + s(:, 2))*(1.0_wp/3)
@@ -388,7 +391,6 @@ contains
                             + s(:, 3)**2)/(2.0_wp*shear)))
   end function energy_of_lanes
 
-  !> By the threads that work the elements.
   subroutine read_points(self, eqps_state, eqps, stress, state)
     class(shell_element_t), intent(in) :: self
     integer, intent(in) :: eqps_state
@@ -755,12 +757,10 @@ contains
     class(shell_element_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
     integer, allocatable :: blocks(:)
-    integer :: n
 
     call self%solid_element_t%carry(store)
     call find_blocks_here(self%patch, blocks)
-    n = self%patch%n_blocks
-    associate (points => self%points)
+    associate (points => self%points, n => self%patch%n_blocks)
       call carry_columns(store, "resultant", size(points%resultant)/n, n, points%resultant, blocks)
       call carry_columns(store, "metric", size(points%metric)/n, n, points%metric, blocks)
       call carry_columns(store, "thickness", size(points%thickness)/n, n, points%thickness, blocks)

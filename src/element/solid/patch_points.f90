@@ -16,9 +16,8 @@ module patch_points
   private
 
   public :: new_point_volumes, set_reference, determinant, inverse_rows
-  public :: energy_of_points, new_given_fields, spread_to_points, carry_given, set_clock, set_lanes
-
-  integer, parameter :: parallel_size = 4000   !! fewer points are not worth waking threads for
+  public :: find_row_energies, set_clock, set_lanes
+  public :: new_given_fields, spread_to_points, carry_given
 
 contains
 
@@ -137,27 +136,22 @@ contains
             j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)]/determinant(j)
   end function inverse_rows
 
-  !> Elastic energy stored at the points, sum of s:C^-1:s/2 times their volume; what internal
-  !! energy exceeds it by is plastic work. `volumes` has the layout of the stress. Threads share
-  !! the rows as they do the elements; the sum goes row by row.
-  real(wp) function energy_of_points(law, n, m, stress, volumes) result(energy)
+  !> Elastic energy stored at the points of each row, sum of s:C^-1:s/2 times their volume; what
+  !! internal energy exceeds all of it by is plastic work. `volumes` has the layout of the stress.
+  pure subroutine find_row_energies(law, n, m, stress, volumes, energies)
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: n, m                      !! points of a row, rows
     real(wp), intent(in) :: stress(n, 6, m), volumes(n, m)
-    real(wp), allocatable :: energies(:)
+    real(wp), intent(out) :: energies(m)
     real(wp) :: by_bulk, by_shear
     integer :: row
 
-    allocate (energies(m))
     by_bulk = 0.5_wp/law%bulk
     by_shear = 0.5_wp/law%shear
-    !$omp parallel do schedule(static) if (n*m > parallel_size)
     do row = 1, m
       energies(row) = energy_of_row(n, by_bulk, by_shear, stress(:, :, row), volumes(:, row))
     end do
-    !$omp end parallel do
-    energy = sum(energies)
-  end function energy_of_points
+  end subroutine find_row_energies
 
   pure real(wp) function energy_of_row(n, by_bulk, by_shear, s, volumes) result(energy)
     integer, intent(in) :: n

@@ -15,15 +15,17 @@ module solid_element
                      describe_grid, describe_outline
   use solid_patch, only: solid_patch_t, tile_buffer_t, block_t, element_of_lane, lane_of_element, &
                       is_counted_lane, block_at, block_number, row_of_point, place_of_point, &
-                      local_place, find_blocks_here, n_elements_of
+                      local_place, find_blocks_here, n_elements_of, is_element_here, &
+                      is_block_here
   use tile_shares, only: share_out, work_own_tiles, work_all_tiles
   use ranks, only: ranks_t, traffic_t, sum_traffic
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
   use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
   use patch_outline, only: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, &
                            carry_point_state, distances_inside
-  use patch_points, only: new_point_volumes, energy_of_points, new_given_fields, spread_to_points, &
-                          carry_given
+  use tile_exchange, only: sum_of_blocks
+  use patch_points, only: new_point_volumes, find_row_energies, new_given_fields, &
+                          spread_to_points, carry_given
   use solid_forces, only: internal_forces
   use solid_stiffness, only: block_trial_t, begin_trial, end_trial, owned_elements, move_column, &
                              add_column
@@ -34,6 +36,7 @@ module solid_element
 
   public :: new_solid_element, cut_out, stiffness_of_blocks
 
+  integer, parameter :: parallel_size = 24000   !! fewer stresses are not worth waking threads for
   integer, parameter :: most_away = 3   !! elements from a follower inside an outline to its leader
 
   !> A solid patch.
@@ -70,6 +73,7 @@ module solid_element
     procedure :: share_tiles
     procedure :: work_all
     procedure :: work_own
+    procedure :: is_here
     procedure :: add_traffic
     procedure :: scale_mass
     procedure :: damping_ratio
@@ -456,6 +460,13 @@ contains
     if (allocated(self%patch%shares%ticks)) loads = real(self%patch%shares%ticks, wp)
   end function tile_costs
 
+  pure logical function is_here(self, element)
+    class(solid_element_t), intent(in) :: self
+    integer, intent(in) :: element(3)
+
+    is_here = is_element_here(self%patch, element)
+  end function is_here
+
   pure subroutine add_traffic(self, traffic)
     class(solid_element_t), intent(in) :: self
     type(traffic_t), intent(inout) :: traffic
@@ -540,11 +551,21 @@ contains
     class(block_law_t), intent(in) :: law
     real(wp), intent(out) :: energy
 
+    real(wp) :: energies(size(self%patch%stress, 4), self%patch%n_blocks)
+    integer :: i, n(2)
+
     if (.not. allocated(self%volumes)) self%volumes = new_point_volumes(self%patch, self%grid)
     associate (stress => self%patch%stress)
-      energy = energy_of_points(law, n_lanes*size(stress, 2), size(stress, 4)*size(stress, 5), &
-                                stress, self%volumes)
+      n = [n_lanes*size(stress, 2), size(stress, 4)]
+      !$omp parallel do schedule(static) if (size(stress) > parallel_size)
+      do i = 1, self%patch%n_blocks
+        if (is_block_here(self%patch, i)) &
+          call find_row_energies(law, n(1), n(2), stress(:, :, :, :, i), &
+                                 self%volumes(:, :, :, i), energies(:, i))
+      end do
+      !$omp end parallel do
     end associate
+    energy = sum_of_blocks(self%patch, n(2), energies)
   end subroutine elastic_energy
 
   !> By the threads that work the elements.

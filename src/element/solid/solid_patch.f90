@@ -8,7 +8,7 @@ module solid_patch
   private
 
   public :: element_of_lane, lane_of_element, block_at, block_number, n_blocks_of, next_block
-  public :: find_blocks_here
+  public :: find_blocks_here, find_blocks_of, is_element_here, is_block_here
   public :: n_elements_of, next_group
   public :: cut_number, local_place, weights_of_row, basis_at, basis_of_row
   public :: is_counted_lane, row_of_point, place_of_point, point_of_row, point_number
@@ -195,13 +195,22 @@ contains
   pure subroutine find_blocks_here(patch, blocks)
     type(solid_patch_t), intent(in) :: patch
     integer, allocatable, intent(out) :: blocks(:)
+
+    if (patch%shares%is_shared) call find_blocks_of(patch, patch%shares%first, patch%shares%last, &
+                                                    blocks)
+  end subroutine find_blocks_here
+
+  !> Blocks of a range of tiles, in rising order.
+  pure subroutine find_blocks_of(patch, first, last, blocks)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: first, last
+    integer, allocatable, intent(out) :: blocks(:)
     logical :: is_here(patch%n_blocks)
     type(block_t) :: block
     integer :: t, i
 
-    if (.not. patch%shares%is_shared) return
     is_here = .false.
-    do t = patch%shares%first, patch%shares%last
+    do t = first, last
       block = block_t()
       do i = 1, n_blocks_of(patch, patch%tiles(t))
         call next_block(patch, patch%tiles(t), block)
@@ -209,7 +218,39 @@ contains
       end do
     end do
     blocks = pack([(i, i=1, patch%n_blocks)], is_here)
-  end subroutine find_blocks_here
+  end subroutine find_blocks_of
+
+  !> Is the state of an element held here?
+  pure logical function is_element_here(patch, element) result(is_here)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: element(3)
+    integer :: at(2)
+
+    is_here = .not. patch%shares%is_shared
+    if (is_here) return
+    at = lane_of_element(patch, element)
+    is_here = is_block_here(patch, at(1))
+  end function is_element_here
+
+  !> The same of a block.
+  pure logical function is_block_here(patch, number) result(is_here)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: number
+    type(block_t) :: block
+    integer :: t
+
+    is_here = .not. patch%shares%is_shared
+    if (is_here) return
+    block = block_at(patch, number)
+    do t = patch%shares%first, patch%shares%last
+      associate (tile => patch%tiles(t))
+        if (block%b < tile%block_first .or. block%b > tile%block_last) cycle
+        is_here = patch%lanes%is_trimmed .or. (block%e2 >= tile%row_first .and. &
+                                               block%e2 <= tile%row_last)
+      end associate
+      if (is_here) return
+    end do
+  end function is_block_here
 
   !> Number of elements of a tile.
   pure integer function n_elements_of(patch, tile) result(n)

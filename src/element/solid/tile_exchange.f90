@@ -5,11 +5,11 @@ module tile_exchange
   use kinds, only: wp
   use ranks, only: gather_counted
   use element, only: force_report_t
-  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, find_blocks_of
   implicit none
   private
 
-  public :: exchange_tiles
+  public :: exchange_tiles, sum_of_blocks
 
   integer, parameter :: n_reported = 5   !! numbers of a report, without the part
 
@@ -57,6 +57,47 @@ contains
       end do
     end associate
   end subroutine exchange_tiles
+
+  !> Sum over all blocks in their order, of numbers that each process has of its own ones.
+  function sum_of_blocks(patch, n, values) result(total)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: n                          !! numbers of a block
+    real(wp), intent(inout) :: values(n, patch%n_blocks)   !! those of all afterwards
+    real(wp) :: total
+
+    if (patch%shares%is_shared) call gather_blocks(patch, n, values)
+    total = sum(values)
+  end function sum_of_blocks
+
+  !> Numbers of the blocks that each process has of its own ones, at all processes.
+  subroutine gather_blocks(patch, n, values)
+    type(solid_patch_t), intent(in) :: patch          !! shared
+    integer, intent(in) :: n                          !! numbers of a block
+    real(wp), intent(inout) :: values(n, patch%n_blocks)
+    real(wp), allocatable :: own(:), joined(:)
+    integer, allocatable :: blocks(:)
+    integer :: counts(patch%shares%ranks%n), r, i, at, first
+
+    allocate (joined(size(values)))
+    first = 1
+    do r = 1, size(counts)
+      call find_blocks_of(patch, first, patch%shares%last_of(r), blocks)
+      first = patch%shares%last_of(r) + 1
+      counts(r) = n*size(blocks)
+      if (r == patch%shares%ranks%number + 1) own = reshape(values(:, blocks), [counts(r)])
+    end do
+    call patch%shares%ranks%gather(counts, own, joined, .true.)
+    first = 1
+    at = 0
+    do r = 1, size(counts)
+      call find_blocks_of(patch, first, patch%shares%last_of(r), blocks)
+      first = patch%shares%last_of(r) + 1
+      do i = 1, size(blocks)
+        values(:, blocks(i)) = joined(at + 1:at + n)
+        at = at + n
+      end do
+    end do
+  end subroutine gather_blocks
 
   !> At least so much room; what was in it is lost if it was less.
   pure subroutine make_room(n, room)
