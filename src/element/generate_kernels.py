@@ -1,6 +1,6 @@
 """Write the instances of the block kernels and the statements that choose between them.
 
-    python3 generate_kernels.py FOLDER
+    python3 generate_kernels.py FOLDER [--few]
 
 A kernel is one source, such as solid/ig_solid_kernel.inc. An instance is a module that includes it
 with degrees and numbers of points as constants, plain or with weights (rational). Instances are
@@ -11,6 +11,8 @@ arguments, follow. FOLDER receives
                           USE statements, cases of the SELECT CASE, and table of degrees and points,
                           which the module of the dispatch includes,
     kernels.cmake         the names of the instances for CMake.
+With --few only the first rule of each list has instances: for builds that look for faults in the
+sources, of which all instances are copies, and not for speed.
 A file that would not change is left alone, so that nothing is compiled again without need.
 """
 import dataclasses
@@ -23,6 +25,9 @@ SOLID_RULES = ["222222", "222223", "222224", "222226", "222333"]
 SHELL_RULES = ["210216", "220224", "220226", "330336"]   # of mid-surfaces, the first of a strip
 CUT_RULES = ["220416", "220414"]   # of shells that an outline cuts, all points along axis 1
 STRIP_RULES = ["212212", "212213", "212214", "212216"]   # linear across, with one point there
+if sys.argv[2:] == ["--few"]:
+    for rules in (SOLID_RULES, SHELL_RULES, CUT_RULES, STRIP_RULES):
+        del rules[1:]
 
 # The same of solids, each at the place of the one that serves the whole elements of its patch.
 CUT_SOLID_RULES = [rule[:3] + str(int(rule[3])*int(rule[4])) + "1" + rule[5]

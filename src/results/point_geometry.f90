@@ -184,8 +184,8 @@ contains
     type(point_geometry_t), intent(in) :: geometry
     logical, intent(in) :: of_cut
     real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)   !! current
-    real(wp), allocatable :: strains(:, :)   !! shape (2, n)
-    real(wp), allocatable :: g(:, :)
+    real(wp) :: strains(2, n_points(geometry, of_cut))
+    real(wp) :: g(3, n_points(geometry, of_cut))
 
     g = plane_metric(tangents_of(geometry, of_cut, control_points, 2))
     if (of_cut) then

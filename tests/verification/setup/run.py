@@ -347,6 +347,9 @@ def complaint_about_right(program):
             done = check(program, deck.replace(*AS_SHELL) if is_shell else deck)
             if done.returncode != 0 or done.stderr:
                 return done.stderr
+            kernel = "p22_q226_shell" if is_shell else "p222_q226"
+            if not re.search(f"kernel {kernel}$", done.stdout, re.MULTILINE):
+                return f"not tuned for its rule:\n{done.stdout}"
             if ("shells (ELEMENT=SHELL)" in done.stdout) == is_shell:
                 return f"an offer of shells, or none:\n{done.stdout}"
     done = check(program, DECK, "--set", "thickness=1.3")
