@@ -331,8 +331,8 @@ def a_second_signal_leaves_no_run_behind(folder):
     write_list(folder, f"a.key --user {law}", f"{DECK} {SHORT}")
     batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--quiet"], cwd=folder)
     try:
-        wait_for(lambda: (folder / "a.log").exists() and "  dt " in (folder / "a.log").read_text())
-        time.sleep(0.5)     # in which it comes to the loop
+        wait_for(lambda: (folder / "a.msg").exists()
+                 and "for ever" in (folder / "a.msg").read_text())     # written in the loop
         runs = runs_of(batch)
         batch.send_signal(signal.SIGTERM)
         wait_for(lambda: "element 2" in (folder / "a.err").read_text())

@@ -225,8 +225,8 @@ def main():
         lines.append((f"free disk, {element}", style, sizes, np.abs(errors)))
         ends.append(chain(case, element))
     mirrored(case, "outline_press", SHELLS, points='"KNOT"')
-    same_bits(case, "trim_press", 2, 3, element=SHELLS)        # a contact begins after it
-    same_bits(case, "trim_chain", 2, 3, element=SOLIDS)        # it swings, after the second cut
+    same_bits(case, "trim_press", 2, 3, element=SHELLS, n=6)   # a contact begins after it
+    same_bits(case, "trim_chain", 2, 3, element=SOLIDS, n=6)   # it swings, after the second cut
     pieces(case)
     for name, of_shells, of_solids, limit in zip(("curvature", "mean thinning"), *ends,
                                                  (0.05, 0.03)):

@@ -45,7 +45,7 @@ def same_bits(case, deck, stop_after, n_increments_of_all, **settings):
     open(cut + ".log", "w", encoding="utf-8").close()
     run = subprocess.Popen([*words, "--threads", "1", "--out", cut + ".h5"])
     while run.poll() is None and n_increments(cut + ".log") < stop_after:
-        time.sleep(0.002)
+        time.sleep(0.005)
     run.send_signal(signal.SIGTERM)
     case.between(f"{deck}, stopped: exit code", run.wait(60), 3, 3)
     case.between(f"{deck}, stopped after increments", n_increments(cut + ".log"), stop_after,

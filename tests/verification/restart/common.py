@@ -32,7 +32,7 @@ def wait_for(condition, seconds=60):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.002)
+        time.sleep(0.01)
 
 
 def deck(folder, source, *lines, name="deck.key"):

@@ -24,7 +24,7 @@ VERIFICATION = PROJECT / "input" / "verification"
 DECKS = (
     (STRIP, "n_x=6 end_time=4e-4", "plasticity, viscosity, prescribed motion"),
     (VERIFICATION / "friction_block.key", "", "contact with friction"),
-    (VERIFICATION / "turntable.key", "turn=1.5e-4 history=100000",
+    (VERIFICATION / "turntable.key", "turn=1.5e-4 history=20000",
      "a tool that turns, a row in each step"),
     (PROJECT / "tests/verification/contact/slider.key", "", "contact, wear of the tool"),
     (VERIFICATION / "clamped_plate.key", "n=4", "pressure, dynamic relaxation"),

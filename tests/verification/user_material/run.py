@@ -222,7 +222,11 @@ def end_by_two_signals(bench, *commands):
                               "--threads", "2", "--quiet"], cwd=bench.folder, text=True,
                              stderr=subprocess.PIPE) for command in commands]
     try:
-        time.sleep(1.5)     # which is enough to come to the loop
+        for name in ("run.msg", "tests.msg"):     # written in the loop
+            while not (bench.folder / name).exists() \
+                    or "for ever" not in (bench.folder / name).read_text():
+                assert all(run.poll() is None for run in runs), "it has ended"
+                time.sleep(0.01)
         for run in runs:
             run.send_signal(signal.SIGTERM)
         first = [run.stderr.readline() for run in runs]
