@@ -106,7 +106,7 @@ contains
     select case (number)
     case (20)
       hard%name = "200 x 200 faces"
-      hard%surfaces(1) = wavy([2, 2], evenly(200), evenly(200), 0.05_wp)
+      hard%surfaces(1) = wavy([2, 2], evenly(200), evenly(200), 0.005_wp)
       hard%reach = 0.5_wp
     case (21)
       hard%name = "lower die of the channel (tables B1, B3)"
