@@ -3,9 +3,10 @@ import sys
 
 import numpy as np
 
+from post.fit.cyclic import LAWS
 from post.fit.data import read_material
 from post.fit.figures import draw
-from post.fit.hardening import CURVES, cyclic_stress
+from post.fit.hardening import CURVES
 from post.fit.solve import fit
 from post.fit.yields import FUNCTIONS, data_line
 from post.results import ResultsError
@@ -36,8 +37,9 @@ def run(arguments):
     for name, result in curves.items():
         show(f"*PLASTIC, HARDENING={name}", CURVES[name].constants, result,
              ", ".join(f"{value:.6g}" for value in result.constants))
-    if cyclic:
-        show_cyclic(cyclic)
+    for name, result in cyclic.items():
+        keyword, line = LAWS[name].lines(result.constants).split("\n", 1)
+        show(keyword, LAWS[name].constants((len(result.constants) - 3) // 2), result, line)
     for name, result in functions.items():
         line = data_line(FUNCTIONS[name], result.constants, exponent_of(material))
         show(f"*POTENTIAL, TYPE={name}", FUNCTIONS[name].constants, result, line)
@@ -69,16 +71,6 @@ def show(keyword, names, result, line):
         print(f"**   {name:>8} {value:12.6g} {text}")
     print(keyword)
     print(line)
-
-
-def show_cyclic(result):
-    n_back = (len(result.constants) - 3) // 2
-    back_names = [f"{c}_{k}" for k in range(1, n_back + 1) for c in ("C", "gamma")]
-    line = ", ".join(f"{value:.6g}" for value in result.constants[:3])
-    back = "\n".join(", ".join(f"{value:.6g}" for value in pair)
-                     for pair in result.constants[3:].reshape(-1, 2))
-    show("*PLASTIC, HARDENING=VOCE", ["sigma_0", "Q", "b", *back_names], result,
-         f"{line}\n*BACK STRESS\n{back}")
 
 
 def exponent_of(material):
@@ -116,22 +108,24 @@ def fit_hardening(material, missed):
 
 
 def fit_cyclic(material, missed):
-    """Voce with back stresses along a cyclic curve."""
+    """Fits of the laws for a cyclic curve by name."""
     if "cyclic" not in material.curves:
-        return None
+        return {}
     part = material.parts["cyclic"]
     strain, stress = material.curves["cyclic"]
-    uncertainty = part.get("uncertainty", 0.01 * np.abs(stress).max())
-    n_back = part.get("back_stresses", 2)
     largest = np.abs(stress).max()
-    fast = [30 * 10 ** k for k in range(n_back)]
-    starts = [[share * largest, 0.2 * largest, b,
-               *[x for g in fast for x in (0.3 * largest * g / n_back, g)]]
-              for share in (0.3, 0.6) for b in (2.0, 20.0)]
-    return attempt(missed, "cyclic", f"VOCE with {n_back} back stresses", True, len(strain),
-                   len(starts[0]),
-                   lambda: fit(lambda p: (cyclic_stress(p, strain, n_back) - stress) / uncertainty,
-                               starts, 0, np.inf, ("sigma_0", "Q", "b", "C", "gamma")))
+    uncertainty = part.get("uncertainty", 0.01 * largest)
+    n_back = part.get("back_stresses", 2)
+    results = {}
+    for name in part.get("laws", ["VOCE"]):
+        law = LAWS[name]
+        starts, names = law.starts(largest, n_back), law.constants(n_back)
+        results[name] = attempt(
+            missed, "cyclic.laws", name, True, len(strain), len(names),
+            lambda law=law, starts=starts, names=names: fit(
+                lambda p: (law.stress(p, strain) - stress) / uncertainty, starts, 0, law.high,
+                names))
+    return {name: result for name, result in results.items() if result}
 
 
 def fit_functions(material, missed):

@@ -9,6 +9,7 @@
     uncertainty = 2                     # of the stress
     [cyclic]
     curve = "cyclic.csv"
+    laws = ["VOCE", "YOSHIDA UEMORI"]   # without it VOCE alone
     back_stresses = 2
     strain = "whole"
     uncertainty = 5
@@ -30,6 +31,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from post.fit.cyclic import LAWS
 from post.fit.hardening import CURVES
 from post.fit.yields import FUNCTIONS
 from post.number_table import read_numbers
@@ -40,14 +42,14 @@ KEYS = {"name": str, "young": NUMBER, "hardening": dict, "cyclic": dict, "tensio
         "biaxial": dict, "yield": dict}
 CURVE_KEYS = {"curve": str, "points": list, "strain": str, "uncertainty": NUMBER}
 PART_KEYS = {"hardening": {"laws": list, **CURVE_KEYS},
-             "cyclic": {"back_stresses": int, **CURVE_KEYS},
+             "cyclic": {"laws": list, "back_stresses": int, **CURVE_KEYS},
              "biaxial": {"stress": NUMBER, "r": NUMBER},
              "yield": {"functions": list, "exponent": NUMBER, "uncertainty": dict}}
 TENSION_KEYS = {"angle": NUMBER, "stress": NUMBER, "r": NUMBER, "uncertainty": dict}
 PLACES = {"name": "at the top of the file, before the first [table]",
           "young": "at the top of the file, before the first [table]",
-          "laws": "in [hardening]", "back_stresses": "in [cyclic]", "functions": "in [yield]",
-          "exponent": "in [yield]", "angle": "in [[tension]]"}
+          "laws": "in [hardening] or [cyclic]", "back_stresses": "in [cyclic]",
+          "functions": "in [yield]", "exponent": "in [yield]", "angle": "in [[tension]]"}
 LEAST_ROWS = {"hardening": 3, "cyclic": 8}
 LARGEST_STRAIN = 3.0                  # beyond it strains are per cent, or stresses
 STRESS_OVER_MODULUS = 1e-4, 0.05      # of metals
@@ -95,6 +97,7 @@ class Reader(TomlReader):
                     material.curves[name] = curve
         self.ratios(parts.get("biaxial", {}), "biaxial")
         self.names(parts.get("hardening", {}), "laws", list(CURVES), "hardening")
+        self.names(parts.get("cyclic", {}), "laws", list(LAWS), "cyclic")
         self.names(parts.get("yield", {}), "functions", list(FUNCTIONS), "yield")
         if parts.get("cyclic", {}).get("back_stresses", 1) < 1:
             self.fault("cyclic.back_stresses", parts["cyclic"]["back_stresses"], "at least 1")

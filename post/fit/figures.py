@@ -1,7 +1,8 @@
 """Pictures of a fit: flow curve, cyclic curve, yield locus, stress and r-value by the angle."""
 import numpy as np
 
-from post.fit.hardening import CURVES, cyclic_stress
+from post.fit.cyclic import LAWS
+from post.fit.hardening import CURVES
 from post.fit.yields import FUNCTIONS
 from post.style import plt
 
@@ -41,10 +42,11 @@ def draw_curves(axis, strain, stress, curves):
     axis.set(xlabel="plastic strain", ylabel="flow stress", title="Hardening")
 
 
-def draw_cyclic(axis, strain, stress, result):
-    n_back = (len(result.constants) - 3) // 2
+def draw_cyclic(axis, strain, stress, results):
     axis.plot(strain, stress, ".", color="black", markersize=3, label="measured")
-    axis.plot(strain, cyclic_stress(result.constants, strain, n_back), label="back stresses")
+    for name, result in results.items():
+        axis.plot(strain, LAWS[name].stress(result.constants, strain),
+                  label="back stresses" if name == "VOCE" else name)
     axis.set(xlabel="plastic strain", ylabel="stress", title="Cyclic test")
 
 

@@ -1,4 +1,4 @@
-"""Flow curves of *PLASTIC, and the stress of a cyclic test with back stresses."""
+"""Flow curves of *PLASTIC."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,21 +48,3 @@ CURVES = {one.name: one for one in (
     Curve("HOCKETT SHERBY", hockett_sherby, ("sigma_0", "sigma_s", "m", "n"),
           lambda e, s: [s[0], 1.1 * s[-1], 3 / max(e[-1], 1e-6) ** 0.8, 0.8],
           (1e-9, 1e-9, 0, 1e-3), (np.inf, np.inf, np.inf, 1)))}
-
-
-def cyclic_stress(p, strain, n_back):
-    """Stress along a path of plastic strains with turning points, by Voce and `n_back` back
-    stresses of Armstrong and Frederick: p = sigma_0, Q, b, then C and gamma of each. Exact where
-    the path goes on in one direction."""
-    eqps, back = 0.0, np.zeros(n_back)
-    c, gamma = np.array(p[3::2]), np.array(p[4::2])
-    stress = np.empty(len(strain))
-    way = 1.0
-    for i, step in enumerate(np.diff(strain, prepend=0.0)):
-        way = np.sign(step) if step else way
-        fade = np.exp(-gamma * abs(step))
-        back = back * fade + way * c * np.where(gamma > 1e-9, (1 - fade) / np.maximum(gamma, 1e-9),
-                                                abs(step))
-        eqps += abs(step)
-        stress[i] = back.sum() + way * voce(p, eqps)
-    return stress
