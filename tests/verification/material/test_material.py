@@ -61,6 +61,16 @@ X_MAX, 1, 1, 1
 *OUTPUT, FRAMES=1, HISTORY=10
 *END STEP
 """
+RELEASE = """*STEP
+*BOUNDARY, OP=NEW
+X_MIN, XSYMM
+Y_MIN, YSYMM
+ALL, 3, 3
+*STATIC
+0.5, 1
+*OUTPUT, FRAMES=1, HISTORY=2
+*END STEP
+"""
 TENSION = "*MATERIAL TEST, NAME={name}, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=20\n{strain}\n"
 
 
@@ -253,6 +263,39 @@ class TestPlaneStress(Folder):
             width, through = np.log(1 + across / 10) + elastic, np.log(thickness) + elastic
             self.assertAlmostEqual(width / through, r, delta=2e-3)
             self.assertAlmostEqual(width + through, stress / 70000 - along, delta=2e-5)
+
+    def test_laws_of_sheets_are_released_in_static_steps(self):
+        """No stress is left, and the strip is shorter by the elastic strain; Young's modulus of the
+        last law has fallen. Tangents lead there in a few iterations."""
+        strip = STRIP.format(a=1, b=0, element="SHELL", **PLACES["SHELL"]) + RELEASE
+        start, axes, blank = (strip.index(word) for word in ("*POTENTIAL", "*ORIENTATION",
+                                                             "*BLANK"))
+        function = (strip[:start] + "*POTENTIAL, TYPE={name}\n{constants}\n"
+                    + strip[axes:])
+        for name, constants in (
+                ("BARLAT89", "0.21, 1.58, 0.69, 8"), ("BBC2003", "0.6, 1.1, 0.9, 1, 1, 1, 1, 1, 4"),
+                ("BBC2005", "0.6, 0.45, 0.48, 0.53, 0.52, 0.49, 0.51, 0.5, 4"),
+                ("YLD2000", "0.4865, 1.3783, 0.7536, 1.0246, 1.0363, 0.9036, 1.2321, 1.4858, 8"),
+                ("YOSHIDA UEMORI", "250, 260, 200, 12, 9, 0.5, 60")):
+            deck = function.format(name=name, constants=constants)
+            is_falling = name == "YOSHIDA UEMORI"
+            if is_falling:
+                deck = (strip[:strip.index("*PLASTIC")] + f"*PLASTIC, HARDENING={name}\n"
+                        f"{constants}\n*UNLOADING MODULUS\n60000, 30\n" + strip[blank:])
+            self.run_program(self.write(deck, "strip.key"), "--quiet")
+            with h5py.File(self.path("strip.h5")) as file:
+                stress = file["VTKHDF/PointData/mises"][:].reshape(3, -1)
+                moved = file["history/probes/corner/displacement"][:, 0]
+                plastic = file["frames/eqps"][-1].mean()
+            self.assertGreater(stress[1].min(), 270, name)
+            self.assertLess(np.ptp(stress[1]) / stress[1].max(), 1e-9, name)
+            self.assertLess(stress[2].max(), 1e-4, name)
+            young = 60000 + 10000 * np.exp(-30 * plastic) if is_falling else 70000
+            elastic = np.log((20 + moved[-3]) / (20 + moved[-1]))
+            self.assertAlmostEqual(elastic * young / stress[1].max(), 1, delta=3e-5)
+            with open(self.path("strip.log"), encoding="utf-8") as log:
+                rows = [line.split(",")[1] for line in log if line.startswith("static     time")]
+            self.assertLess(max(int(row.split()[0]) for row in rows), 8, name)
 
     def test_functions_of_sheets_are_refused_on_solids(self):
         deck = (STEEL.format(hardening=250) + "*POTENTIAL, TYPE=BARLAT89\n1.8, 1.5, 2.2, 6\n"
