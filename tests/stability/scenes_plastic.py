@@ -48,6 +48,28 @@ def large_steps(flow):
     return check
 
 
+def sharp_sheet(run):
+    """Stretched in plane strain by 5 % in each increment: the stress is on Hosford's surface."""
+    eqps = run.at_points["eqps"].ravel()
+    one, two = run.at_points["stress"].reshape(-1, 6).T[:2]
+    scale = np.abs(one).max()
+    hosford = scale * (0.5 * ((one / scale)**40 + (two / scale)**40
+                              + ((one - two) / scale)**40))**(1 / 40)
+    return [Mark("stress off the yield surface",
+                 np.abs(hosford / line(250, 1000)(eqps) - 1).max(), 1e-9),
+            Mark("plastic strain of a step too small", 0.05 * run.history["step"][-1] / eqps.min(),
+                 1), energy_error(run, 0.05), finite(run)]
+
+
+def two_surfaces(run):
+    """Fifty ways of 2 % with two surfaces: the stress stays inside the bounding surface."""
+    eqps = run.at_points["eqps"].ravel()
+    return [yield_excess(run, lambda p: 168 + (190 + 9) * (1 - np.exp(-12 * p)), 1e-9),
+            Mark("plastic strain too small", 0.9 / eqps.min(), 1),
+            Mark("spread of the plastic strain", np.ptp(eqps) / eqps.max(), 1e-9),
+            energy_error(run, 0.05), finite(run)]
+
+
 def voce(eqps):
     return 250 + 250 * (1 - np.exp(-20 * eqps))
 
@@ -63,6 +85,8 @@ def turning(run):
 
 
 TURNING = {"omega": 5e4, "sigma_0": 500, "hardening": 5000, "n_x": 8, "side": 1}
+TWO_SURFACES = {"law": "YOSHIDA UEMORI", "constants": "124, 168, 500, 12, 9, 0.5, 190",
+                "strain": 0.02, "ways": 50}
 LARGE = {"p": 1, "n_x": 1, "rate": 8e5, "strain": 0.7, "b1": 0, "rows": 10}
 SCENES = [
     Scene("perfect_plasticity", "pull", "no hardening keeps the strain uniform",
@@ -83,6 +107,16 @@ SCENES = [
     Scene("sharp_yield_surface", "pull", "plastic strain of 5 % in each increment at an edge of "
           "Yld2000 with the exponent 40",
           large_steps(line(250, 1000)), LARGE | {"potential": "corners.inc"}),
+    *[Scene(f"sharp_sheet_{name}", "sheet", "plastic strain of 5 % in each increment of a shell at "
+            f"an edge of {title} with the exponent 40", sharp_sheet, {"potential": f"{file}.inc"})
+      for name, title, file in (("barlat", "Barlat 1989", "corners_barlat"),
+                                ("bbc", "BBC2005", "corners_bbc"), ("yld", "Yld2000", "corners"))],
+    Scene("two_surfaces_reversed", "pull", "fifty reversals of the two surfaces of Yoshida and "
+          "Uemori in solids", two_surfaces,
+          TWO_SURFACES | {"p": 1, "n_x": 1, "rate": 2e4}),
+    Scene("two_surfaces_reversed_sheet", "sheet",
+          "the same in a shell, half a per cent in each increment", two_surfaces,
+          TWO_SURFACES | {"rate": 3e5}),
     Scene("reversal_every_100_steps", "pull", "return mapping from either side of the yield "
           "surface",
           reversed_often, {"constants": "250, 50", "rate": 500, "strain": 0.005, "ways": 50,
