@@ -93,7 +93,7 @@ contains
       "__row_functions_MOD_exp", "__row_functions_MOD_log", "__power_sums_MOD_", &
       "__argument_products_MOD_", &
       "__invariant_yield_MOD_evaluate", "__yield_return_MOD_", "__hill_return_MOD_", &
-      "__closest_point_MOD_follow_lanes", "__plane_yield_MOD_evaluate", &
+      "__closest_point_MOD_follow_lanes", "__plane_yield_MOD_quick", &
       "__plane_yield_return_MOD_return"]
     integer :: i
 

@@ -41,7 +41,6 @@ module plane_yield
     !! for Q1^2, Q1 Q2, Q2^2, Q1 and Q2, and of that by Q3, for Q3^2 and Q3.
     real(wp) :: quick(5, 3) = 0.0_wp, quick_single(2) = 0.0_wp
     logical :: is_quick = .false.            !! these are used
-    logical :: has_single = .true.           !! and Q3, which else is a part of Q2
   end type plane_yield_t
 
   !> Power m of the equivalent stress and its derivatives, of stresses over a scaling.
@@ -92,8 +91,8 @@ contains
     type(plane_yield_t), intent(in) :: yield
     type(plane_yield_t), intent(out) :: own
     real(wp), intent(out) :: forms(2, 2), shear
-    real(wp), parameter :: little = 1.0e-3_wp, rounding = 1.0e-14_wp
-    real(wp) :: inverse(2, 2), determinant, ratio
+    real(wp), parameter :: little = 1.0e-3_wp
+    real(wp) :: inverse(2, 2), determinant
 
     forms = transpose(yield%normal(:, :2))
     shear = sqrt(yield%shear(2))
@@ -116,13 +115,6 @@ contains
       else
         c(:3, :) = reshape([u(3), u(2), u(1), v(3), v(2), v(1), u(1), u(2), u(3)], [3, 3])
         own%quick_single(1) = 12.0_wp
-      end if
-      ratio = own%shear(3)
-      own%has_single = abs(own%normal(1, 3)) > rounding*sqrt(ratio) .or. &
-                       abs(own%normal(2, 3)**2 - ratio) > rounding*ratio
-      if (.not. own%has_single) then
-        c(5, 3) = c(5, 3) + own%quick_single(2)*ratio**3
-        c(3, 3) = c(3, 3) + own%quick_single(1)*ratio**4
       end if
     end associate
   end subroutine own_stresses
@@ -159,10 +151,8 @@ contains
     call find_scaling(stress, flow, inverse)
     if (.not. yield%is_quick) then
       call add_up(yield, inverse, stress, sums)
-    else if (yield%has_single) then
-      call power_of_all(yield, inverse, stress, sums%value)
     else
-      call power_of_pair(yield, inverse, stress, sums%value)
+      call quick_power(yield, inverse, stress, sums%value)
     end if
     !$omp simd
     do l = 1, lanes
@@ -224,10 +214,8 @@ contains
     if (.not. yield%is_quick) then
       call add_up(yield, inverse, stress, sums)
       call take_root(2*yield%half, inverse, sums, q, gradient, hessian, most)
-    else if (yield%has_single) then
-      call evaluate_all(yield, inverse, stress, q, gradient, hessian, sums%value, most)
     else
-      call evaluate_pair(yield, inverse, stress, q, gradient, hessian, sums%value, most)
+      call quick_derivatives(yield, inverse, stress, q, gradient, hessian, sums%value, most)
     end if
   end subroutine evaluate_once
 
@@ -240,47 +228,28 @@ contains
 
     if (.not. yield%is_quick) then
       call evaluate_plane_yield(yield, stress, near, q, gradient, hessian, is_rough=.true.)
-    else if (yield%has_single) then
-      call slope_of_all(yield, stress, near, q, gradient)
     else
-      call slope_of_pair(yield, stress, near, q, gradient)
+      call quick_slope(yield, stress, near, q, gradient)
     end if
   end subroutine slope_in_plane
 
 #define ORDER 2
-  !> One loop for the pair.
-  pure subroutine evaluate_pair(yield, inverse, stress, q, gradient, hessian, power, most)
+  !> All in one loop.
+  pure subroutine quick_derivatives(yield, inverse, stress, q, gradient, hessian, power, most)
 #include "quick_plane_yield.inc"
-  end subroutine evaluate_pair
-
-#define WITH_SINGLE
-  !> One loop for the pair and Q3.
-  pure subroutine evaluate_all(yield, inverse, stress, q, gradient, hessian, power, most)
-#include "quick_plane_yield.inc"
-  end subroutine evaluate_all
+  end subroutine quick_derivatives
 
 #undef ORDER
 #define ORDER 1
-  pure subroutine slope_of_all(yield, stress, near, q, gradient)
+  pure subroutine quick_slope(yield, stress, near, q, gradient)
 #include "quick_plane_yield.inc"
-  end subroutine slope_of_all
+  end subroutine quick_slope
 
 #undef ORDER
 #define ORDER 0
-  pure subroutine power_of_all(yield, inverse, stress, power)
+  pure subroutine quick_power(yield, inverse, stress, power)
 #include "quick_plane_yield.inc"
-  end subroutine power_of_all
-
-#undef WITH_SINGLE
-  pure subroutine power_of_pair(yield, inverse, stress, power)
-#include "quick_plane_yield.inc"
-  end subroutine power_of_pair
-
-#undef ORDER
-#define ORDER 1
-  pure subroutine slope_of_pair(yield, stress, near, q, gradient)
-#include "quick_plane_yield.inc"
-  end subroutine slope_of_pair
+  end subroutine quick_power
 #undef ORDER
 
   !> Root of the power m and its derivatives. For 1 + x the root is that of Halley,

@@ -3,12 +3,13 @@
 module sheet_plastic
   use kinds, only: wp
   use block_law, only: set_elastic
-  use flow_curve, only: flow_curve_t, flow_at, has_rate, is_steep, thermal_factor
+  use flow_curve, only: flow_curve_t, flow_at, has_rate, is_rough, is_steep, thermal_factor
   use hardening, only: back_stresses_t
   use mises_plastic, only: mises_plastic_t, set_plastic, equivalent_strain
   use deviator_lanes, only: lanes, load_lanes, store_lanes
   use plane_yield, only: plane_yield_t, scaled_plane_yield, mises_bound_in_plane, own_stresses
   use plane_yield_return, only: plane_problem_t, new_plane_problem, return_in_plane
+  use pair_return, only: pair_return_t, new_pair_return, return_by_pair
   use plane_return, only: plane_back_stresses, add_plane_back_stresses
   use plane_stress, only: plane_trial, mode_moduli, in_space
   use tensor_rotation, only: axes_in_sheet, turn_in_plane
@@ -24,6 +25,7 @@ module sheet_plastic
   !! material, and with heating the temperature rise.
   type, extends(mises_plastic_t), public :: sheet_plastic_t
     type(plane_yield_t) :: yield      !! in its own stresses, see `own_stresses`
+    type(pair_return_t) :: pair       !! faster return for some of them
     type(plane_problem_t) :: elastic  !! with their stiffness and moduli, without points
     real(wp) :: forms(2, 2) = 0.0_wp, form = 1.0_wp     !! those of the modes of `plane_stress`
     real(wp) :: into(2, 2) = 0.0_wp, into_shear = 1.0_wp   !! by which the trial stress falls into
@@ -58,6 +60,8 @@ contains
     law%bound = mises_bound_in_plane(of_modes)
     call own_stresses(of_modes, law%yield, law%forms, law%form)
     moduli = mode_moduli(law%bulk, law%shear)
+    if (back%n == 0 .and. .not. is_rough(curve)) &
+      law%pair = new_pair_return(law%yield, law%forms, law%form, moduli)
     associate (t => law%forms)
       m = matmul(t*spread(moduli(:2), 1, 2), transpose(t))
       n = matmul(t, transpose(t))
@@ -102,8 +106,8 @@ contains
     ok = .false.
   end subroutine update
 
-  !> Elastic trial, then the return of the points that may yield, `lanes` of them at a time. Fails
-  !! where axis 3 of the material is not the normal of the sheet.
+  !> Elastic trial, then the return of the points that may yield. Fails where axis 3 of the material
+  !! is not the normal of the sheet.
   subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
     class(sheet_plastic_t), intent(in) :: self
     integer, intent(in) :: n
@@ -112,11 +116,8 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(n)
     real(wp), parameter :: most_tilt = 1.0e-9_wp   ! sine of the angle to the normal
-    real(wp), dimension(n) :: flow, slope, bend, reach, factor, guess
-    type(plane_problem_t) :: problem
-    real(wp) :: axis(n, 2), modes(n, 3), back(n, 3, self%back%n), worst, tilt
+    real(wp) :: reach(n), factor(n), now(n, 3), axis(n, 2), modes(n, 3), worst, tilt
     logical :: is_good
-    integer :: first
 
     call turn_in_plane(n, self%axes, spin, state(:, 2:5), axis, tilt)
     call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
@@ -126,31 +127,72 @@ contains
     factor = 1.0_wp
     if (self%curve%heating%is_active) &
       factor = thermal_factor(self%curve%heating, n, self%n_state, state)
+    call flow_at(self%curve, n, state(:, 1), factor, now(:, 1), now(:, 2), now(:, 3), reach)
+    ok = are_numbers(n, now(:, 1))
+    if (.not. ok) return
+    is_good = .false.
+    if (self%pair%half > 0) call return_at_once(self, n, dt, dstrain, axis, now, factor, modes, &
+                                                state(:, 1), is_good)
+    if (.not. is_good) call return_in_lanes(self, n, dt, dstrain, axis, now, factor, modes, state, &
+                                            ok)
+    call self%flow_plane(n, modes, stress, state, through)
+  end subroutine update_plane
+
+  !> The return of a row by `pair_return`. Without success nothing has changed.
+  subroutine return_at_once(self, n, dt, dstrain, axis, now, factor, modes, eqps, ok)
+    class(sheet_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 3), axis(n, 2)
+    real(wp), intent(in) :: now(n, 3)              !! flow stress, slope and bend
+    real(wp), intent(in) :: factor(n)
+    real(wp), intent(inout) :: modes(n, 3)         !! of the trial stress, out of the plastic strain
+    real(wp), intent(inout) :: eqps(n)
+    logical, intent(out) :: ok
+    real(wp) :: trial(n, 3), outset(n, 3)
+
+    call into_axes_in_sheet(self, n, axis, modes, dstrain, trial, outset)
+    call return_by_pair(self%pair, self%curve, n, dt, factor, now, trial, outset, modes, eqps, ok)
+    if (ok) call from_axes_in_sheet(n, axis, modes)
+  end subroutine return_at_once
+
+  !> The return of the points that may yield, `lanes` of them at a time.
+  subroutine return_in_lanes(self, n, dt, dstrain, axis, now, factor, modes, state, ok)
+    class(sheet_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 3), axis(n, 2)
+    real(wp), intent(in) :: now(n, 3)              !! flow stress, slope and bend
+    real(wp), intent(in) :: factor(n)
+    real(wp), intent(inout) :: modes(n, 3)         !! of the trial stress, out of the plastic strain
+    real(wp), intent(inout) :: state(n, self%n_state)
+    logical, intent(out) :: ok
+    type(plane_problem_t) :: problem
+    real(wp) :: guess(n), back(n, 3, self%back%n)
+    logical :: is_good
+    integer :: first
+
     guess = 0.0_wp
     if (has_rate(self%curve) .or. is_steep(self%curve)) &
       guess = equivalent_strain(n, in_space(n, dstrain))
-    call flow_at(self%curve, n, state(:, 1), factor, flow, slope, bend, reach)
-    ok = are_numbers(n, flow)
-    if (.not. ok) return
+    ok = .true.
     problem = self%elastic
     problem%dt = dt
     call plane_back_stresses(n, self%back%n, state(:, 6:), back)
     do first = 1, n, lanes
-      call return_points(self, n, first, dstrain, axis, flow, slope, factor, guess, problem, &
-                         modes, back, state, is_good)
+      call return_points(self, n, first, dstrain, axis, now, factor, guess, problem, modes, &
+                         back, state, is_good)
       ok = ok .and. is_good
     end do
     call add_plane_back_stresses(n, self%back%n, back, state(:, 6:))
-    call self%flow_plane(n, modes, stress, state, through)
-  end subroutine update_plane
+  end subroutine return_in_lanes
 
   !> Plastic strain of `lanes` points of a row, zero where none flows.
-  subroutine return_points(self, n, first, dstrain, axis, flow, slope, factor, guess, problem, &
-                           modes, back, state, ok)
+  subroutine return_points(self, n, first, dstrain, axis, now, factor, guess, problem, modes, &
+                           back, state, ok)
     class(sheet_plastic_t), intent(in) :: self
     integer, intent(in) :: n, first
     real(wp), intent(in) :: dstrain(n, 3), axis(n, 2)
-    real(wp), intent(in), dimension(n) :: flow, slope, factor, guess
+    real(wp), intent(in) :: now(n, 3)              !! flow stress, slope and bend
+    real(wp), intent(in), dimension(n) :: factor, guess
     type(plane_problem_t), intent(inout) :: problem
     real(wp), intent(inout) :: modes(n, 3)         !! of the trial stress, out of the plastic strain
     real(wp), intent(inout) :: back(n, 3, self%back%n)   !! modes in the axes, out their change
@@ -161,7 +203,7 @@ contains
     integer :: l
 
     call load_lanes(n, first, 3, modes, mode)
-    call load_lanes(n, first, 1, flow, problem%flow)
+    call load_lanes(n, first, 1, now, problem%flow)
     dgamma = 0.0_wp
     fall = 0.0_wp
     ok = .true.
@@ -169,15 +211,15 @@ contains
       call load_lanes(n, first, 2, axis, turn)
       call load_lanes(n, first, 3, dstrain, strain)
       call load_lanes(n, first, 1, state, problem%eqps)
-      call load_lanes(n, first, 1, slope, problem%slope)
+      call load_lanes(n, first, 1, now(:, 2), problem%slope)
       call load_lanes(n, first, 1, factor, problem%factor)
       call load_lanes(n, first, 1, guess, problem%guess)
-      call into_axes_in_sheet(self, turn, mode, strain, problem)
+      call into_axes_in_sheet(self, lanes, turn, mode, strain, problem%trial, problem%outset)
       call load_back_stresses(self, n, first, back, own)
       call return_in_plane(self%curve, self%yield, self%back, own, problem, fall, dgamma, ok)
       call strain_in_axes(self, fall)
       call move_back_stresses(self, n, first, fall, dgamma, back)
-      call from_axes_in_sheet(turn, fall)
+      call from_axes_in_sheet(lanes, turn, fall)
       !$omp simd
       do l = 1, lanes
         problem%eqps(l) = problem%eqps(l) + dgamma(l)
@@ -203,12 +245,13 @@ contains
 
   !> Own stresses of the yield function in the axes of the material, of the trial stress and of the
   !! stress before it.
-  pure subroutine into_axes_in_sheet(self, axis, mode, dstrain, problem)
+  pure subroutine into_axes_in_sheet(self, n, axis, mode, dstrain, trial, outset)
     class(sheet_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: axis(lanes, 2)         !! first one of the material in the frame
-    real(wp), intent(in) :: mode(lanes, 3)         !! of the trial stress in the frame
-    real(wp), intent(in) :: dstrain(lanes, 3)      !! 11 22 12, engineering shear
-    type(plane_problem_t), intent(inout) :: problem
+    integer, intent(in) :: n
+    real(wp), intent(in) :: axis(n, 2)         !! first one of the material in the frame
+    real(wp), intent(in) :: mode(n, 3)         !! of the trial stress in the frame
+    real(wp), intent(in) :: dstrain(n, 3)      !! 11 22 12, engineering shear
+    real(wp), intent(out) :: trial(n, 3), outset(n, 3)
     real(wp), parameter :: per = 1.0_wp/sqrt(3.0_wp)
     real(wp) :: cosine, sine, s1, s2, s3, e1, e2, e3, moduli(3)
     integer :: l
@@ -217,23 +260,23 @@ contains
     moduli(2:) = moduli(2:)*per
     associate (t => self%forms)
       !$omp simd private(cosine, sine, s1, s2, s3, e1, e2, e3)
-      do l = 1, lanes
+      do l = 1, n
         cosine = axis(l, 1)**2 - axis(l, 2)**2
         sine = 2.0_wp*axis(l, 1)*axis(l, 2)
         s1 = mode(l, 1)
         s2 = cosine*mode(l, 2) + sine*mode(l, 3)
         s3 = cosine*mode(l, 3) - sine*mode(l, 2)
-        problem%trial(l, 1) = t(1, 1)*s1 + t(1, 2)*s2
-        problem%trial(l, 2) = t(2, 1)*s1 + t(2, 2)*s2
-        problem%trial(l, 3) = self%form*s3
+        trial(l, 1) = t(1, 1)*s1 + t(1, 2)*s2
+        trial(l, 2) = t(2, 1)*s1 + t(2, 2)*s2
+        trial(l, 3) = self%form*s3
         e2 = moduli(2)*(dstrain(l, 1) - dstrain(l, 2))
         e3 = moduli(3)*dstrain(l, 3)
         e1 = s1 - moduli(1)*(dstrain(l, 1) + dstrain(l, 2))
         s2 = s2 - (cosine*e2 + sine*e3)
         s3 = s3 - (cosine*e3 - sine*e2)
-        problem%outset(l, 1) = t(1, 1)*e1 + t(1, 2)*s2
-        problem%outset(l, 2) = t(2, 1)*e1 + t(2, 2)*s2
-        problem%outset(l, 3) = self%form*s3
+        outset(l, 1) = t(1, 1)*e1 + t(1, 2)*s2
+        outset(l, 2) = t(2, 1)*e1 + t(2, 2)*s2
+        outset(l, 3) = self%form*s3
       end do
     end associate
   end subroutine into_axes_in_sheet
@@ -296,14 +339,15 @@ contains
   end subroutine strain_in_axes
 
   !> From there to the frame.
-  pure subroutine from_axes_in_sheet(axis, strain)
-    real(wp), intent(in) :: axis(lanes, 2)         !! as above
-    real(wp), intent(inout) :: strain(lanes, 3)
+  pure subroutine from_axes_in_sheet(n, axis, strain)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: axis(n, 2)         !! as above
+    real(wp), intent(inout) :: strain(n, 3)
     real(wp) :: cosine, sine, second
     integer :: l
 
     !$omp simd private(cosine, sine, second)
-    do l = 1, lanes
+    do l = 1, n
       cosine = axis(l, 1)**2 - axis(l, 2)**2
       sine = 2.0_wp*axis(l, 1)*axis(l, 2)
       second = cosine*strain(l, 2) - sine*strain(l, 3)
