@@ -24,7 +24,7 @@
 !!     s^2 + k s = |theta + C a dp n|,            k = C sqrt(a) dp
 !!
 !! with theta and beta of the start, and s = sqrt(|theta|) at the end. The quadratic equation keeps
-!! |theta| <= a whatever the increment. Newton's method finds dp and u, for n depends on u. In an
+!! |theta| <= a whatever the increment. Newton's method finds dp and s, for n depends on both. In an
 !! increment beta moves along a straight line, and R grows by the part of it outside of g, so that
 !! the stress is continuous in the strain. All this is first order in the increment.
 module yoshida_uemori
@@ -33,13 +33,12 @@ module yoshida_uemori
   use law_spec, only: law_spec_t
   use constant_check, only: check_count, check_finite, require
   use block_law, only: block_law_t, set_elastic
-  use plane_return, only: plane_back_stresses, add_plane_back_stresses
   use plane_stress, only: plane_trial, flow_in_plane, mode_moduli
   use row_functions, only: exp_row
   use tensor_rotation, only: rotate_all_by_spin
   use text, only: to_text, rounded_text
-  use two_surface, only: two_surface_t, begin_return, step_in_space, step_in_sheet, find_root, &
-                         grow_bound, max_iterations, least
+  use two_surface, only: two_surface_t, begin_return, step_in_space, step_in_sheet, flow_in_sheet, &
+                         find_root, grow_bound, max_iterations, least
   use voce, only: elastic_trial
   implicit none
   private
@@ -47,9 +46,10 @@ module yoshida_uemori
   public :: new_yoshida_uemori
 
   ! Columns of the state: eqps, R, r and the six components each of theta, beta and q, which are
-  ! deviators with tensor shear.
+  ! deviators with tensor shear. In sheets it is three modes each, see `plane_stress`, of the plane
+  ! stresses whose deviators they are.
   integer, parameter :: at_eqps = 1, at_size = 2, at_radius = 3, at_theta = 4, at_beta = 10, &
-                        at_q = 16, n_columns = 21
+                        at_q = 16, n_columns = 21, n_of_sheets = 12
 
   type, extends(block_law_t), public :: yoshida_uemori_t
     type(two_surface_t) :: surfaces
@@ -72,7 +72,7 @@ contains
     type(yoshida_uemori_t) :: new
 
     call set_elastic(new, spec%density, spec%young, spec%poisson)
-    new%n_state = n_columns
+    new%n_state = merge(n_of_sheets, n_columns, spec%is_sheet)
     new%eqps_state = at_eqps
     call set_constants(spec%constants, new%surfaces, error)
     if (allocated(error)) then
@@ -130,7 +130,7 @@ contains
     law%loss_rate = constants(2)
   end subroutine set_unloading
 
-  !> Elastic trial, then the return of the points that yield.
+  !> Elastic trial, then the return of the points that yield, of laws for solids.
   subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
     class(yoshida_uemori_t), intent(in) :: self
     integer, intent(in) :: n
@@ -150,7 +150,7 @@ contains
     else
       call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     end if
-    ok = worst < huge(worst) .and. dt >= 0.0_wp
+    ok = worst < huge(worst) .and. dt >= 0.0_wp .and. self%n_state == n_columns
     if (.not. ok .or. stays_virgin(self, n, state(:, at_eqps), worst)) return
     if (present(spin)) call rotate_all_by_spin(n, 3, spin, state(:, at_theta:))
     call return_in_space(self, n, 3.0_wp*self%shear*fraction, stress, state, ok)
@@ -191,18 +191,18 @@ contains
     real(wp), intent(inout) :: stress(n, 6)    !! trial, out the new one
     real(wp), intent(inout) :: state(n, self%n_state)
     logical, intent(out) :: ok
-    real(wp) :: relative(n, 6), products(n, 6), speeds(n, 2), dgamma(n), fade(n), open(n), &
+    real(wp) :: relative(n, 6), products(n, 6), speeds(n, 2), dgamma(n), root(n), open(n), &
                 share(n), groups(6, 2), n_open
     integer :: iteration, l
 
     call relative_products(n, stress, state(:, at_theta:), relative, products)
     call begin_return(self%surfaces, n, shear3, products, state(:, at_size), speeds, dgamma, &
-                      fade, open)
+                      root, open)
     n_open = sum(open)
     ok = n_open <= 0.0_wp
     if (ok) return
     do iteration = 1, max_iterations
-      call step_in_space(self%surfaces, n, shear3, products, speeds, dgamma, fade, open, n_open)
+      call step_in_space(self%surfaces, n, shear3, products, speeds, dgamma, root, open, n_open)
       if (n_open <= 0.0_wp) exit
     end do
     ok = .true.
@@ -211,9 +211,9 @@ contains
       if (.not. open(l) > 0.0_wp .or. .not. ok) cycle
       groups(:, 1) = products(l, :)
       call find_root(self%surfaces, [shear3(l), shear3(l)], groups, speeds(l, :), dgamma(l), &
-                     fade(l), ok)
+                     root(l), ok)
     end do
-    call flow_in_space(self%surfaces, n, shear3, speeds(:, 1), dgamma, fade, relative, stress, &
+    call flow_in_space(self%surfaces, n, shear3, speeds, dgamma, root, relative, stress, &
                        state(:, at_theta:), products)
     call grow_bound(self%surfaces, n, dgamma, products, state(:, at_size), state(:, at_radius), &
                     share)
@@ -256,24 +256,29 @@ contains
 
   !> Flow of a row by dp along xi, and the products that `grow_bound` needs. What does not flow
   !! keeps its bits.
-  pure subroutine flow_in_space(surfaces, n, shear3, ca, dgamma, fade, relative, stress, back, &
+  pure subroutine flow_in_space(surfaces, n, shear3, speeds, dgamma, root, relative, stress, back, &
                                 products)
     type(two_surface_t), intent(in) :: surfaces
     integer, intent(in) :: n
-    real(wp), intent(in), dimension(n) :: shear3, ca, dgamma, fade   !! ca: C a, fade: u
+    real(wp), intent(in) :: shear3(n), speeds(n, 2)   !! 3G; C a and C sqrt(a)
+    real(wp), intent(in) :: dgamma(n), root(n)        !! dp, s
     real(wp), intent(in) :: relative(n, 6)     !! of `relative_products`
     real(wp), intent(inout) :: stress(n, 6), back(n, 6, 3)
     real(wp), intent(out) :: products(n, 3)
-    real(wp) :: per(n), second(n), yield, rate, shift, weight, u, v, along, change, distance
+    real(wp), dimension(n) :: per, fade, second
+    real(wp) :: yield, rate, shift, weight, u, v, along, change, distance
     integer :: c, l
 
     yield = surfaces%yield
     rate = surfaces%rate
     shift = surfaces%shift
-    !$omp simd
+    !$omp simd private(u)
     do l = 1, n
+      u = speeds(l, 2)*dgamma(l)
+      u = u/(root(l) + u)
+      fade(l) = u
       second(l) = rate*dgamma(l)/(1.0_wp + rate*dgamma(l))
-      per(l) = 1.0_wp/(yield + (shear3(l) + (1.0_wp - fade(l))*ca(l))*dgamma(l) + shift*second(l))
+      per(l) = 1.0_wp/(yield + (shear3(l) + (1.0_wp - u)*speeds(l, 1))*dgamma(l) + shift*second(l))
       products(l, :) = 0.0_wp
     end do
     do c = 1, 6
@@ -284,7 +289,7 @@ contains
         v = second(l)
         along = (relative(l, c) + u*back(l, c, 1) + v*back(l, c, 2))*per(l)
         stress(l, c) = stress(l, c) - shear3(l)*dgamma(l)*along
-        back(l, c, 1) = (1.0_wp - u)*(back(l, c, 1) + ca(l)*dgamma(l)*along)
+        back(l, c, 1) = (1.0_wp - u)*(back(l, c, 1) + speeds(l, 1)*dgamma(l)*along)
         distance = back(l, c, 2) - back(l, c, 3)
         change = v*(shift*along - back(l, c, 2))
         back(l, c, 2) = back(l, c, 2) + change
@@ -310,8 +315,7 @@ contains
     end do
   end subroutine follow_beta
 
-  !> Elastic trial and return in plane stress. Back stresses count as the modes of the plane
-  !! stresses whose deviators they are, see `plane_return`.
+  !> Elastic trial and return in plane stress, of laws for sheets.
   subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
     class(yoshida_uemori_t), intent(in) :: self
     integer, intent(in) :: n
@@ -319,118 +323,129 @@ contains
     real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(n)
-    real(wp) :: fraction(n), scaled(n, 3), modes(n, 3), back(n, 3, 3), old(n, 3, 3), worst
-    integer :: c
+    integer, parameter :: together = 64        ! points whose numbers stay in the first cache
+    real(wp) :: fraction(n), scaled(n, 3), modes(n, 3), worst
+    logical :: is_good
+    integer :: c, first
 
     call find_fraction(self, n, state(:, at_eqps), fraction)
     do c = 1, 3
       scaled(:, c) = fraction*dstrain(:, c)
     end do
     call plane_trial(n, self%bulk, self%shear, scaled, stress, through, modes, worst)
-    ok = worst < huge(worst) .and. dt >= 0.0_wp
+    ok = worst < huge(worst) .and. dt >= 0.0_wp .and. self%n_state == n_of_sheets
     if (ok .and. .not. stays_virgin(self, n, state(:, at_eqps), sqrt(worst))) then
-      call plane_back_stresses(n, 3, state(:, at_theta:), old)
-      call rotate_modes(n, spin, old, back)
-      call return_in_sheet(self, n, fraction, modes, back, state(:, :at_radius), ok)
-      do c = 1, 3
-        modes(:, c) = fraction*modes(:, c)
+      do first = 1, n, together
+        call return_in_sheet(self, n, min(together, n - first + 1), fraction(first), spin(first), &
+                             modes(first, 1), state(first, 1), is_good)
+        ok = ok .and. is_good
       end do
       call flow_in_plane(n, self%bulk, self%shear, modes, stress, through)
-      call add_plane_back_stresses(n, 3, back - old, state(:, at_theta:))
     end if
     if (self%modulus_loss > 0.0_wp) through = through/fraction
   end subroutine update_plane
 
-  !> Rotate modes by the angle of the spin increment about the normal (T. J. R. Hughes and
-  !! J. Winget, IJNME 15 (1980), eq. (13)).
-  pure subroutine rotate_modes(n, spin, old, modes)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: spin(n)            !! increment 12
-    real(wp), intent(in) :: old(n, 3, 3)
-    real(wp), intent(out) :: modes(n, 3, 3)
-    real(wp) :: half, sine, versine
-    integer :: k, l
-
-    do k = 1, 3
-      !$omp simd private(half, sine, versine)
-      do l = 1, n
-        half = 1.0_wp/(1.0_wp + 0.25_wp*spin(l)**2)
-        sine = spin(l)*half
-        versine = 2.0_wp*sine**2
-        sine = 2.0_wp*sine*(1.0_wp - 0.25_wp*spin(l)**2)*half
-        modes(l, 1, k) = old(l, 1, k)
-        modes(l, 2, k) = old(l, 2, k) + (sine*old(l, 3, k) - versine*old(l, 2, k))
-        modes(l, 3, k) = old(l, 3, k) - (sine*old(l, 2, k) + versine*old(l, 3, k))
-      end do
-    end do
-  end subroutine rotate_modes
-
-  !> Return of a row in plane stress.
-  pure subroutine return_in_sheet(self, n, fraction, modes, back, scalars, ok)
+  !> Return of some points of a row in plane stress.
+  pure subroutine return_in_sheet(self, n_row, n, fraction, spin, modes, state, ok)
     class(yoshida_uemori_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: fraction(n)
-    real(wp), intent(inout) :: modes(n, 3)     !! of the trial stress, out of the plastic strain
-    real(wp), intent(inout) :: back(n, 3, 3)   !! modes of theta, beta, q
-    real(wp), intent(inout) :: scalars(n, 3)   !! eqps, R, r
+    integer, intent(in) :: n_row, n
+    real(wp), intent(in) :: fraction(n), spin(n)   !! of the moduli that is left; increment 12
+    real(wp), intent(inout) :: modes(n_row, *)     !! of the trial stress, out of the plastic strain
+                                                   !! times the fraction
+    real(wp), intent(inout) :: state(n_row, *)
     logical, intent(out) :: ok
-    real(wp) :: moduli(n, 2), stiffness(n), products(n, 6), speeds(n, 2), dgamma(n), fade(n), &
-                open(n), share(n), one(3), n_open
-    integer :: i, iteration, l
+    real(wp) :: relative(n, 3), back(n, 3, 3), products(n, 4), speeds(n, 2), moduli(3), n_open
+    real(wp), dimension(n) :: stiffness, dgamma, root, open, share
+    integer :: iteration, l
 
-    one = mode_moduli(self%bulk, self%shear)
-    moduli(:, 1) = one(1)*fraction
-    moduli(:, 2) = one(2)*fraction
-    call products_of_modes(n, moduli, back, modes, products, stiffness)
-    call begin_return(self%surfaces, n, stiffness, products, scalars(:, at_size), speeds, dgamma, &
-                      fade, open)
+    moduli = mode_moduli(self%bulk, self%shear)
+    call load_points(n_row, n, moduli(:2), fraction, spin, modes, state(1, at_theta), relative, &
+                     back, products, stiffness)
+    call begin_return(self%surfaces, n, stiffness, products, state(1, at_size), speeds, dgamma, &
+                      root, open)
     n_open = sum(open)
     do iteration = 1, max_iterations
       if (n_open <= 0.0_wp) exit
-      call step_in_sheet(self%surfaces, n, moduli, modes, back, speeds, dgamma, fade, open, n_open)
+      call step_in_sheet(self%surfaces, n, moduli(:2), fraction, relative, back, speeds, dgamma, &
+                         root, open, n_open)
     end do
     ok = .true.
     do l = 1, n
       if (open(l) > 0.0_wp .and. ok) &
-        call find_root(self%surfaces, moduli(l, :), grouped(modes(l, :), back(l, :, :)), &
-                       speeds(l, :), dgamma(l), fade(l), ok)
+        call find_root(self%surfaces, fraction(l)*moduli(:2), &
+                       grouped(relative(l, :), back(l, :, :)), speeds(l, :), dgamma(l), root(l), ok)
     end do
-    call flow_modes(self, n, moduli, speeds(:, 1), dgamma, fade, modes, back, products)
-    call grow_bound(self%surfaces, n, dgamma, products, scalars(:, at_size), &
-                    scalars(:, at_radius), share)
-    do i = 1, 3
-      back(:, i, 3) = back(:, i, 3) + share*(back(:, i, 2) - back(:, i, 3))
-    end do
-    scalars(:, at_eqps) = scalars(:, at_eqps) + dgamma
+    call flow_in_sheet(self%surfaces, n, moduli(:2), fraction, speeds, dgamma, root, relative, &
+                       back, products)
+    call grow_bound(self%surfaces, n, dgamma, products, state(1, at_size), state(1, at_radius), &
+                    share)
+    call store_points(n_row, n, fraction, dgamma, share, relative, back, modes, state(1, at_eqps), &
+                      state(1, at_theta))
   end subroutine return_in_sheet
 
-  !> Modes of the trial stress less theta and beta, those of `relative_products` that `begin_return`
-  !! takes, and the modulus along the trial stress.
-  pure subroutine products_of_modes(n, moduli, back, modes, products, stiffness)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: moduli(n, 2), back(n, 3, 3)
-    real(wp), intent(inout) :: modes(n, 3)
-    real(wp), intent(out) :: products(n, 6), stiffness(n)
-    real(wp) :: x1, x2, x3
+  !> Back stresses, rotated by the angle of the spin increment about the normal (T. J. R. Hughes and
+  !! J. Winget, IJNME 15 (1980), eq. (13)), trial stress less theta and beta, the products of
+  !! `relative_products` that `begin_return` takes, and the modulus along the trial stress.
+  pure subroutine load_points(n_row, n, moduli, fraction, spin, modes, kept, relative, back, &
+                              products, stiffness)
+    integer, intent(in) :: n_row, n
+    real(wp), intent(in) :: moduli(2), fraction(n), spin(n), modes(n_row, *)
+    real(wp), intent(in) :: kept(n_row, 3, *)  !! modes of theta, beta and q
+    real(wp), intent(out) :: relative(n, 3), back(n, 3, 3), products(n, 4), stiffness(n)
+    real(wp) :: half, sine, versine, t1, t2, t3, b1, b2, b3, x1, x2, x3
     integer :: l
 
-    !$omp simd private(x1, x2, x3)
+    !$omp simd private(half, sine, versine, t1, t2, t3, b1, b2, b3, x1, x2, x3)
     do l = 1, n
-      x1 = modes(l, 1) - back(l, 1, 1) - back(l, 1, 2)
-      x2 = modes(l, 2) - back(l, 2, 1) - back(l, 2, 2)
-      x3 = modes(l, 3) - back(l, 3, 1) - back(l, 3, 2)
-      modes(l, 1) = x1
-      modes(l, 2) = x2
-      modes(l, 3) = x3
+      half = 1.0_wp/(1.0_wp + 0.25_wp*spin(l)**2)
+      sine = spin(l)*half
+      versine = 2.0_wp*sine**2
+      sine = 2.0_wp*sine*(1.0_wp - 0.25_wp*spin(l)**2)*half
+      t1 = kept(l, 1, 1)
+      t2 = kept(l, 2, 1) + (sine*kept(l, 3, 1) - versine*kept(l, 2, 1))
+      t3 = kept(l, 3, 1) - (sine*kept(l, 2, 1) + versine*kept(l, 3, 1))
+      b1 = kept(l, 1, 2)
+      b2 = kept(l, 2, 2) + (sine*kept(l, 3, 2) - versine*kept(l, 2, 2))
+      b3 = kept(l, 3, 2) - (sine*kept(l, 2, 2) + versine*kept(l, 3, 2))
+      back(l, 1, 1) = t1; back(l, 2, 1) = t2; back(l, 3, 1) = t3
+      back(l, 1, 2) = b1; back(l, 2, 2) = b2; back(l, 3, 2) = b3
+      back(l, 1, 3) = kept(l, 1, 3)
+      back(l, 2, 3) = kept(l, 2, 3) + (sine*kept(l, 3, 3) - versine*kept(l, 2, 3))
+      back(l, 3, 3) = kept(l, 3, 3) - (sine*kept(l, 2, 3) + versine*kept(l, 3, 3))
+      x1 = modes(l, 1) - t1 - b1
+      x2 = modes(l, 2) - t2 - b2
+      x3 = modes(l, 3) - t3 - b3
+      relative(l, 1) = x1; relative(l, 2) = x2; relative(l, 3) = x3
       products(l, 1) = x1*x1 + x2*x2 + x3*x3
-      products(l, 2) = x1*back(l, 1, 1) + x2*back(l, 2, 1) + x3*back(l, 3, 1)
-      products(l, 3) = x1*back(l, 1, 2) + x2*back(l, 2, 2) + x3*back(l, 3, 2)
-      products(l, 4) = back(l, 1, 1)**2 + back(l, 2, 1)**2 + back(l, 3, 1)**2
-      products(l, 5) = 0.0_wp
-      products(l, 6) = 0.0_wp
-      stiffness(l) = moduli(l, 2) + (moduli(l, 1) - moduli(l, 2))*x1*x1/max(products(l, 1), least)
+      products(l, 2) = x1*t1 + x2*t2 + x3*t3
+      products(l, 3) = x1*b1 + x2*b2 + x3*b3
+      products(l, 4) = t1*t1 + t2*t2 + t3*t3
+      stiffness(l) = fraction(l)*(moduli(2) + (moduli(1) - moduli(2))*x1*x1 &
+                                              /max(products(l, 1), least))
     end do
-  end subroutine products_of_modes
+  end subroutine load_points
+
+  !> Put the points back into their row, and let q follow beta.
+  pure subroutine store_points(n_row, n, fraction, dgamma, share, strain, back, modes, eqps, kept)
+    integer, intent(in) :: n_row, n
+    real(wp), intent(in), dimension(n) :: fraction, dgamma, share
+    real(wp), intent(in) :: strain(n, 3), back(n, 3, 3)
+    real(wp), intent(inout) :: modes(n_row, *), eqps(n), kept(n_row, 3, *)
+    integer :: l
+
+    !$omp simd
+    do l = 1, n
+      eqps(l) = eqps(l) + dgamma(l)
+      modes(l, 1) = fraction(l)*strain(l, 1)
+      modes(l, 2) = fraction(l)*strain(l, 2)
+      modes(l, 3) = fraction(l)*strain(l, 3)
+      kept(l, 1, 1) = back(l, 1, 1); kept(l, 2, 1) = back(l, 2, 1); kept(l, 3, 1) = back(l, 3, 1)
+      kept(l, 1, 2) = back(l, 1, 2); kept(l, 2, 2) = back(l, 2, 2); kept(l, 3, 2) = back(l, 3, 2)
+      kept(l, 1, 3) = back(l, 1, 3) + share(l)*(back(l, 1, 2) - back(l, 1, 3))
+      kept(l, 2, 3) = back(l, 2, 3) + share(l)*(back(l, 2, 2) - back(l, 2, 3))
+      kept(l, 3, 3) = back(l, 3, 3) + share(l)*(back(l, 3, 2) - back(l, 3, 3))
+    end do
+  end subroutine store_points
 
   !> Products of `find_root`: the first mode and the others.
   pure function grouped(relative, back) result(groups)
@@ -446,41 +461,6 @@ contains
     groups(:, 1) = products(1, :)
     groups(:, 2) = products(2, :) + products(3, :)
   end function grouped
-
-  !> Plastic strain of a row, theta and beta after it, and the products that `grow_bound` needs.
-  pure subroutine flow_modes(self, n, moduli, ca, dgamma, fade, modes, back, products)
-    class(yoshida_uemori_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: moduli(n, 2), ca(n), dgamma(n), fade(n)
-    real(wp), intent(inout) :: modes(n, 3)     !! relative, out of the plastic strain
-    real(wp), intent(inout) :: back(n, 3, 3)
-    real(wp), intent(out) :: products(n, 6)
-    real(wp) :: u, v, g, change, distance, yield, rate, shift
-    integer :: i, k, l
-
-    yield = self%surfaces%yield
-    rate = self%surfaces%rate
-    shift = self%surfaces%shift
-    products = 0.0_wp
-    do i = 1, 3
-      k = min(i, 2)
-      !$omp simd private(u, v, g, change, distance)
-      do l = 1, n
-        u = fade(l)
-        v = rate*dgamma(l)/(1.0_wp + rate*dgamma(l))
-        g = (modes(l, i) + u*back(l, i, 1) + v*back(l, i, 2)) &
-            /(yield + ((1.0_wp - u)*ca(l) + moduli(l, k))*dgamma(l) + shift*v)
-        modes(l, i) = dgamma(l)*g
-        back(l, i, 1) = (1.0_wp - u)*(back(l, i, 1) + ca(l)*dgamma(l)*g)
-        distance = back(l, i, 2) - back(l, i, 3)
-        change = v*(shift*g - back(l, i, 2))
-        back(l, i, 2) = back(l, i, 2) + change
-        products(l, 1) = products(l, 1) + distance**2
-        products(l, 2) = products(l, 2) + distance*change
-        products(l, 3) = products(l, 3) + change**2
-      end do
-    end do
-  end subroutine flow_modes
 
   !> beta fades least, and so keeps least of its shear.
   pure function shear_warning(self) result(warning)
