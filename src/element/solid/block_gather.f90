@@ -22,6 +22,9 @@ contains
     if (is_contiguous .and. all(p == 2)) then
       call gather_quadratic(n, n_fields, first(1), first2, first3, factor, field, u)
       return
+    else if (is_contiguous .and. all(p == [2, 2, 0])) then
+      call gather_shell(n(:2), n_fields, first(1), first2, factor, field, u)
+      return
     end if
     do c = 1, n_fields
       do k = 1, p(3) + 1
@@ -66,6 +69,25 @@ contains
     end do
   end subroutine gather_quadratic
 
+  !> The same of quadratic shells.
+  pure subroutine gather_shell(n, n_fields, first1, first2, factor, field, u)
+    integer, intent(in) :: n(2), n_fields, first1, first2
+    real(wp), intent(in) :: factor, field(n(1), n(2), n_fields)
+    real(wp), intent(out) :: u(8, 3, 3, n_fields)
+    integer :: j, c, l
+
+    do c = 1, n_fields
+      do j = 1, 3
+        !$omp simd
+        do l = 1, 8
+          u(l, 1, j, c) = factor*field(first1 + l - 1, first2 + j - 1, c)
+          u(l, 2, j, c) = factor*field(first1 + l, first2 + j - 1, c)
+          u(l, 3, j, c) = factor*field(first1 + l + 1, first2 + j - 1, c)
+        end do
+      end do
+    end do
+  end subroutine gather_shell
+
   !> Multiply every field of a block by the weights of its control points.
   pure subroutine weigh_block(n_values, n_fields, weights, u)
     integer, intent(in) :: n_values, n_fields
@@ -91,6 +113,8 @@ contains
 
     if (is_contiguous .and. n_fields == 3 .and. all(p == 2)) then
       call add_quadratic(lower, upper, n3, rows, first(1), first2, first3, f, field)
+    else if (is_contiguous .and. n_fields == 3 .and. all(p == [2, 2, 0])) then
+      call add_shell(lower, upper, rows, first(1), first2, f, field)
     else if (is_contiguous) then
       ! Axis 1 outermost: the next function along it would read what has just been stored,
       ! shifted by one, which stalls. So it is below.
@@ -149,5 +173,26 @@ contains
       end do
     end do
   end subroutine add_quadratic
+
+  !> The same of quadratic shells.
+  pure subroutine add_shell(lower, upper, rows, first1, first2, f, field)
+    integer, intent(in) :: lower(2), upper(2), rows(2), first1, first2
+    real(wp), intent(in) :: f(8, 3, 3, 3)
+    real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), 3)
+    integer :: a, j, c, l
+
+    do a = 0, 2
+      do j = rows(1), rows(2)
+        do c = 1, 3
+          associate (i => first1 + a - 1, m => first2 + j - 1)
+            !$omp simd
+            do l = 1, 8
+              field(i + l, m, c) = field(i + l, m, c) + f(l, a + 1, j, c)
+            end do
+          end associate
+        end do
+      end do
+    end do
+  end subroutine add_shell
 
 end module block_gather
