@@ -15,7 +15,6 @@ module pair_return
   use flow_curve, only: flow_curve_t, flow_after
   use plane_steps, only: just_above
   use plane_yield, only: plane_yield_t
-  use row_functions, only: are_numbers
   implicit none
   private
 
@@ -68,7 +67,8 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in) :: dt
     real(wp), intent(in) :: factor(n)          !! see `flow_at`
-    real(wp), intent(in) :: first(n, 3)        !! flow stress, slope and bend of no plastic strain
+    real(wp), intent(in) :: first(n, 3)        !! flow stress, slope and bend of no plastic strain,
+                                               !! numbers, as the trial stress
     real(wp), intent(in) :: trial(n, 3)        !! own stresses
     real(wp), intent(inout) :: outset(n, 3)    !! those before the increment, out of no use
     real(wp), intent(inout) :: strain(n, 3)    !! out: plastic, as modes in the axes of the material
@@ -101,7 +101,6 @@ contains
       ! The first step takes the flow stress from its slope and bend.
       ok = i > 1 .and. .not. n_open > 0.0_wp
     end do
-    ok = ok .and. are_numbers(n, now(:, 3))
     if (ok) call strain_of_pair(self, n, first, scaled, now, strain, eqps)
   end subroutine return_by_pair
 

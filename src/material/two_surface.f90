@@ -38,7 +38,8 @@ contains
     real(wp), intent(in) :: size(n)            !! R
     real(wp), intent(out) :: speeds(n, 2)      !! C a and C sqrt(a)
     real(wp), intent(out) :: dgamma(n), root(n), open(n)   !! root: s; open: 1 yields, 0 does not
-    real(wp) :: yield, room, approach, rate, shift, a, norm, over, along, s, per, slope, d
+    real(wp) :: yield, room, approach, rate, shift, lowest, a, norm, over, along, s, per, slope, &
+                d, grown
     integer :: l
 
     yield = self%yield
@@ -46,11 +47,13 @@ contains
     approach = self%approach
     rate = self%rate
     shift = self%shift
-    !$omp simd private(a, norm, over, along, s, per, slope, d)
+    lowest = merge(0.2_wp, 0.0_wp, approach > 0.0_wp)
+    !$omp simd private(a, norm, over, along, s, per, slope, d, grown)
     do l = 1, n
       a = max(room + size(l), 0.0_wp)
       speeds(l, 1) = approach*a
-      speeds(l, 2) = approach*sqrt(a)
+      a = sqrt(a)
+      speeds(l, 2) = approach*a
       ! What is not a number stays open: max() would drop it.
       norm = sqrt(products(l, 1) + least)
       s = sqrt(sqrt(products(l, 4) + least))
@@ -62,11 +65,13 @@ contains
               - speeds(l, 2)*along*(per*norm)
       d = open(l)*over/max(slope, 0.5_wp*stiffness(l))
       dgamma(l) = d
-      ! With n of the start.
-      a = speeds(l, 1)*d
+      ! A step of Newton's method with n of the start, from where it does not go far.
+      grown = speeds(l, 1)*d
       d = speeds(l, 2)*d
-      root(l) = 0.5_wp*(sqrt(d*d + 4.0_wp*sqrt(products(l, 4) + a*(2.0_wp*along + a) + least)) - d)
-      root(l) = max(root(l), least_root)
+      s = max(s, lowest*a)
+      slope = s*(s + d)
+      root(l) = s + 0.5_wp*(products(l, 4) + grown*(2.0_wp*along + grown) + least - slope*slope) &
+                    /(slope*(s + (s + d)))
     end do
   end subroutine begin_return
 

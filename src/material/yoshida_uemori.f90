@@ -206,13 +206,15 @@ contains
       if (n_open <= 0.0_wp) exit
     end do
     ok = .true.
-    groups = 0.0_wp
-    do l = 1, n
-      if (.not. open(l) > 0.0_wp .or. .not. ok) cycle
-      groups(:, 1) = products(l, :)
-      call find_root(self%surfaces, [shear3(l), shear3(l)], groups, speeds(l, :), dgamma(l), &
-                     root(l), ok)
-    end do
+    if (n_open > 0.0_wp) then
+      groups = 0.0_wp
+      do l = 1, n
+        if (.not. open(l) > 0.0_wp .or. .not. ok) cycle
+        groups(:, 1) = products(l, :)
+        call find_root(self%surfaces, [shear3(l), shear3(l)], groups, speeds(l, :), dgamma(l), &
+                       root(l), ok)
+      end do
+    end if
     call flow_in_space(self%surfaces, n, shear3, speeds, dgamma, root, relative, stress, &
                        state(:, at_theta:), products)
     call grow_bound(self%surfaces, n, dgamma, products, state(:, at_size), state(:, at_radius), &
@@ -370,11 +372,14 @@ contains
                          root, open, n_open)
     end do
     ok = .true.
-    do l = 1, n
-      if (open(l) > 0.0_wp .and. ok) &
-        call find_root(self%surfaces, fraction(l)*moduli(:2), &
-                       grouped(relative(l, :), back(l, :, :)), speeds(l, :), dgamma(l), root(l), ok)
-    end do
+    if (n_open > 0.0_wp) then
+      do l = 1, n
+        if (open(l) > 0.0_wp .and. ok) &
+          call find_root(self%surfaces, fraction(l)*moduli(:2), &
+                         grouped(relative(l, :), back(l, :, :)), speeds(l, :), dgamma(l), root(l), &
+                         ok)
+      end do
+    end if
     call flow_in_sheet(self%surfaces, n, moduli(:2), fraction, speeds, dgamma, root, relative, &
                        back, products)
     call grow_bound(self%surfaces, n, dgamma, products, state(1, at_size), state(1, at_radius), &
