@@ -150,6 +150,11 @@ contains
     logical, intent(out) :: ok
     real(wp) :: trial(n, 3), outset(n, 3)
 
+    ok = .not. may_yield(n, self%bound, modes, now)
+    if (ok) then
+      modes = 0.0_wp
+      return
+    end if
     call into_axes_in_sheet(self, n, axis, modes, dstrain, trial, outset)
     call return_by_pair(self%pair, self%curve, n, dt, factor, now, trial, outset, modes, eqps, ok)
     if (ok) call from_axes_in_sheet(n, axis, modes)
@@ -207,7 +212,7 @@ contains
     dgamma = 0.0_wp
     fall = 0.0_wp
     ok = .true.
-    if (self%back%n > 0 .or. may_yield(self%bound, mode, problem%flow)) then
+    if (self%back%n > 0 .or. may_yield(lanes, self%bound, mode, problem%flow)) then
       call load_lanes(n, first, 2, axis, turn)
       call load_lanes(n, first, 3, dstrain, strain)
       call load_lanes(n, first, 1, state, problem%eqps)
@@ -230,14 +235,15 @@ contains
   end subroutine return_points
 
   !> Does any of these points come near the yield surface?
-  pure logical function may_yield(bound, mode, flow)
-    real(wp), intent(in) :: bound, mode(lanes, 3), flow(lanes)
+  pure logical function may_yield(n, bound, mode, flow)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: bound, mode(n, 3), flow(n)
     real(wp) :: most
     integer :: l
 
     most = -1.0_wp
     !$omp simd reduction(max:most)
-    do l = 1, lanes
+    do l = 1, n
       most = max(most, bound**2*(mode(l, 1)**2 + mode(l, 2)**2 + mode(l, 3)**2) - flow(l)**2)
     end do
     may_yield = most > 0.0_wp

@@ -363,27 +363,33 @@ contains
     moduli = mode_moduli(self%bulk, self%shear)
     call load_points(n_row, n, moduli(:2), fraction, spin, modes, state(1, at_theta), relative, &
                      back, products, stiffness)
-    call begin_return(self%surfaces, n, stiffness, products, state(1, at_size), speeds, dgamma, &
-                      root, open)
-    n_open = sum(open)
-    do iteration = 1, max_iterations
-      if (n_open <= 0.0_wp) exit
-      call step_in_sheet(self%surfaces, n, moduli(:2), fraction, relative, back, speeds, dgamma, &
-                         root, open, n_open)
-    end do
-    ok = .true.
-    if (n_open > 0.0_wp) then
-      do l = 1, n
-        if (open(l) > 0.0_wp .and. ok) &
-          call find_root(self%surfaces, fraction(l)*moduli(:2), &
-                         grouped(relative(l, :), back(l, :, :)), speeds(l, :), dgamma(l), root(l), &
-                         ok)
+    ok = all_inside(n, self%surfaces%yield, products)
+    if (ok) then
+      dgamma = 0.0_wp
+      share = 0.0_wp
+      relative = 0.0_wp
+    else
+      call begin_return(self%surfaces, n, stiffness, products, state(1, at_size), speeds, dgamma, &
+                        root, open)
+      do iteration = 1, max_iterations
+        call step_in_sheet(self%surfaces, n, moduli(:2), fraction, relative, back, speeds, dgamma, &
+                           root, open, n_open)
+        if (n_open <= 0.0_wp) exit
       end do
+      ok = .true.
+      if (n_open > 0.0_wp) then
+        do l = 1, n
+          if (open(l) > 0.0_wp .and. ok) &
+            call find_root(self%surfaces, fraction(l)*moduli(:2), &
+                           grouped(relative(l, :), back(l, :, :)), speeds(l, :), dgamma(l), &
+                           root(l), ok)
+        end do
+      end if
+      call flow_in_sheet(self%surfaces, n, moduli(:2), fraction, speeds, dgamma, root, relative, &
+                         back, products)
+      call grow_bound(self%surfaces, n, dgamma, products, state(1, at_size), state(1, at_radius), &
+                      share)
     end if
-    call flow_in_sheet(self%surfaces, n, moduli(:2), fraction, speeds, dgamma, root, relative, &
-                       back, products)
-    call grow_bound(self%surfaces, n, dgamma, products, state(1, at_size), state(1, at_radius), &
-                    share)
     call store_points(n_row, n, fraction, dgamma, share, relative, back, modes, state(1, at_eqps), &
                       state(1, at_theta))
   end subroutine return_in_sheet
@@ -429,6 +435,21 @@ contains
                                               /max(products(l, 1), least))
     end do
   end subroutine load_points
+
+  !> Does no point lie outside of the yield surface? One that is not a number does.
+  pure logical function all_inside(n, yield, squares)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: yield, squares(n)      !! of the relative stresses
+    real(wp) :: n_outside
+    integer :: l
+
+    n_outside = 0.0_wp
+    !$omp simd reduction(+:n_outside)
+    do l = 1, n
+      n_outside = n_outside + merge(0.0_wp, 1.0_wp, squares(l) <= yield*yield)
+    end do
+    all_inside = n_outside <= 0.0_wp
+  end function all_inside
 
   !> Put the points back into their row, and let q follow beta.
   pure subroutine store_points(n_row, n, fraction, dgamma, share, strain, back, modes, eqps, kept)
