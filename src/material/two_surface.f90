@@ -1,5 +1,5 @@
 !> The return to the yield surface of the model of Yoshida and Uemori, see `yoshida_uemori`: the
-!! equations for dp and u, a row of points at a time, and the growth of the bounding surface.
+!! equations for dp and s, a row of points at a time, and the growth of the bounding surface.
 module two_surface
   use kinds, only: wp
   implicit none
