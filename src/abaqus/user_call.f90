@@ -13,7 +13,7 @@ module user_call
   use point_context, only: point_context_t, new_point_context
   use child_process, only: c_text
   use user_watch, only: enter_user_call, leave_user_call, watch_user_calls, expect_elements, &
-                        forget_thread, note_failure, take_failure, note_log, at_stop, &
+                        forget_thread, note_failure, take_failure, note_log, log_error, at_stop, &
                         end_by_overrun, end_by_problem, offer_values
   implicit none
   private
@@ -25,7 +25,7 @@ module user_call
   public :: expect_elements, forget_thread, call_sdvini, note_failure, take_user_failure
   public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
   public :: moduli_of, plane_moduli_of
-  public :: note_log, at_stop
+  public :: note_log, log_error, at_stop
 
   integer, parameter, public :: name_length = 80   !! of CMNAME
 

@@ -17,7 +17,7 @@ module user_watch
   private
 
   public :: enter_user_call, leave_user_call, watch_user_calls, expect_elements, forget_thread
-  public :: note_failure, take_failure, note_log, at_stop
+  public :: note_failure, take_failure, note_log, log_error, at_stop
   public :: end_run, end_by_overrun, end_by_problem
   public :: offer_values, values_on_offer
 
@@ -398,17 +398,24 @@ contains
     call send(line, standard_error)
   end subroutine report
 
-  !> The same, and as a line of the log, for an end at which nobody else adds one.
+  !> The same, and as a line of the log.
   subroutine report_and_log(message)
     type(message_t), intent(in) :: message
-    type(message_t) :: line
 
     call report(message)
+    call log_error(message%text(:message%length))
+  end subroutine report_and_log
+
+  !> An error as a line of the log, for an end at which nobody else adds one.
+  subroutine log_error(text)
+    character(*), intent(in) :: text
+    type(message_t) :: line
+
     if (log_descriptor < 0) return
     call add_text(line, "error: ")
-    call add_text(line, message%text(:message%length))
+    call add_text(line, text)
     call send(line, log_descriptor)
-  end subroutine report_and_log
+  end subroutine log_error
 
   !> Return in the thread that comes first; the others wait for the end of the program.
   subroutine become_leaver()

@@ -11,8 +11,8 @@ module deck_run
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
                         status_of
   use run_identity, only: identity_of
-  use output_files, only: files_read, result_path, path_beside_result, open_message_file, &
-                          close_message_file
+  use output_files, only: files_read, result_path, path_beside_result, check_message_file, &
+                          open_message_file, close_message_file
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use error_report, only: report_errors
@@ -44,7 +44,7 @@ module deck_run
                           print_modes, print_lines
   use run_forecast, only: outlook_t
   use trial_run, only: print_trial_run
-  use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
+  use user_call, only: watch_user_calls, expect_elements, note_log, log_error, at_stop
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
   use process_report, only: process_line, process_lines
@@ -250,7 +250,7 @@ contains
       log_file = path_beside_result(setup%path, ".log", read_files)
       message_file = ""
       if (model%bodies%blank%law%needs_context) &
-        message_file = path_beside_result(setup%path, ".msg", read_files)
+        message_file = path_beside_result(setup%path, message_ending(model), read_files)
       call begin(command, setup, log_file, message_file, saver, model, run, results, lock, error)
     end if
     if (allocated(error)) then
@@ -295,6 +295,15 @@ contains
     if (message_file /= "") call close_message_file(message_file)
   end function run_accepted
 
+  !> Of the file for messages of a user's subroutines: each process writes its own.
+  pure function message_ending(model) result(ending)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: ending
+
+    ending = ".msg"
+    if (.not. is_leading(model)) ending = "."//to_text(model%ranks%number)//ending
+  end function message_ending
+
   !> Is this the process that has the files and the terminal?
   pure logical function is_leading(model)
     type(model_t), intent(in) :: model
@@ -337,6 +346,8 @@ contains
     if (is_leading(model)) then
       is_new = kind_of_file(log_file) == ""
       call claim_files(log_file, message_file, saver, lock, error)
+    else if (message_file /= "") then
+      call check_message_file(message_file, error)
     end if
     if (allocated(model%ranks)) call share_error(model%ranks, error)
     if (allocated(error)) return
@@ -371,14 +382,18 @@ contains
     integer :: code, i
 
     call c_f_pointer(context, open_run)
-    if (allocated(open_run%model%ranks)) call end_all(open_run%model%ranks, message)
-    call silence_log(open_run%log)      ! a unit that subroutines know may be locked
-    is_ready = is_library_ready()   ! silenced for each thread, and this may be any
-    line = "error: "
+    line = ""
     do i = 1, length
       line = line//message(i)
     end do
-    call log_line(open_run%log, line)
+    if (allocated(open_run%model%ranks)) then
+      ! The others wait for this process, so that nothing can be saved; what was saved last stays.
+      call log_error(line)
+      call open_run%model%ranks%give_up(exit_numerics)
+    end if
+    call silence_log(open_run%log)      ! a unit that subroutines know may be locked
+    is_ready = is_library_ready()   ! silenced for each thread, and this may be any
+    call log_line(open_run%log, "error: "//line)
     code = exit_numerics
     call save_verified(open_run%saver, open_run%model, open_run%run, open_run%results, advice)
     if (advice /= "") call log_line(open_run%log, advice)
@@ -386,18 +401,6 @@ contains
     call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)
     call close_log(open_run%log)
   end subroutine save_open_run
-
-  !> A process ends inside a user's subroutine, while the others wait for it: none of them can save
-  !! anything, and what was saved last stays.
-  subroutine end_all(ranks, message)
-    class(ranks_t), intent(in) :: ranks
-    character(kind=c_char), intent(in) :: message(:)
-
-    write (error_unit, "(*(a))") "igaform: error: ", message, ", in process "// &
-      to_text(ranks%number)//" of "//to_text(ranks%n)
-    flush (error_unit)
-    call ranks%give_up(exit_numerics)
-  end subroutine end_all
 
   !> Close the file with its timings and end the log.
   subroutine finish(model, run, results, log, code)
