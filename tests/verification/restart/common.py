@@ -12,9 +12,9 @@ STRIP = PROJECT / "input" / "tension_strip.key"
 UNLIKE = ("provenance", "timings")     # what two runs of the same may differ in
 
 
-def igaform(folder, *words, code=0, limit=300, **options):
+def igaform(folder, *words, code=0, limit=300, program=(PROGRAM,), **options):
     """What a run says; its exit code must be as expected."""
-    done = subprocess.run([PROGRAM, *map(str, words), "--quiet"], cwd=folder, text=True,
+    done = subprocess.run([*program, *map(str, words), "--quiet"], cwd=folder, text=True,
                           capture_output=True, timeout=limit, **options)
     assert done.returncode == code, f"{words}: exit code {done.returncode}, not {code}\n" \
                                     f"{done.stdout}{done.stderr}"
@@ -22,10 +22,10 @@ def igaform(folder, *words, code=0, limit=300, **options):
     return done.stdout + done.stderr
 
 
-def begin(folder, *words, **options):
+def begin(folder, *words, program=(PROGRAM,), **options):
     """A run that goes on while we look."""
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL} | options
-    return subprocess.Popen([PROGRAM, *map(str, words), "--quiet"], cwd=folder, **options)
+    return subprocess.Popen([*program, *map(str, words), "--quiet"], cwd=folder, **options)
 
 
 def wait_for(condition, seconds=60):
