@@ -49,6 +49,7 @@ SCENES = {
     "pieces": ("input/verification/trim_pieces.key", [], ENERGIES[:1]),
     "draw, trim, release": ("input/verification/trim_chain.key", [], RUBBING),
     "solid draw, trim, release": ("input/verification/trim_chain.key", ["element=SOLID"], RUBBING),
+    "CAD tools": ("input/cad_rail.key", ["size=12", "depth=3", "frames=2"], RUBBING),
     "draw bending": ("input/u_bend.key", ["stroke=3"], RUBBING),
 }
 # A user's law, in enough elements for the blocks of a VUMAT to lie in several tiles.
