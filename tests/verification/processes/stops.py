@@ -11,7 +11,7 @@ import signal
 import sys
 
 from common import (PROJECT, check_same, datasets, igaform, n_rows, opens, run_all, wait_for)
-from failures import CRUSH, HARD, ringing, tried_from
+from failures import CRUSH, FLOOR, HARD, TOO_FAST, ringing, tried_from
 from mpi import begin_mpi, igaform_mpi
 
 STABILITY = PROJECT / "input" / "stability"
@@ -155,9 +155,11 @@ def user_deck(folder, old="", new=""):
 
 
 def failures_are_reported_once(folder):
-    """In the words of igaform, whichever process works the element."""
-    user = user_deck(folder)
-    for words in ([CRUSH, *HARD, "--set", "n_x=12"], user):
+    """In the words of igaform, whichever process works the element: an inverted one, a law that
+    fails, a tool that is too deep, a lost balance of energy."""
+    floor = ringing(folder, FLOOR, "1e-5", safety=0.8, motion=TOO_FAST).rename(folder / "floor.key")
+    for words in ([CRUSH, *HARD, "--set", "n_x=12"], user_deck(folder), [floor],
+                  [ringing(folder, "")]):
         told = igaform(folder, *words, "--out", "a.h5", code=2).strip()
         reference = datasets(folder / "a.h5")
         for count in (2, 3):
