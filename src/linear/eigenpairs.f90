@@ -11,6 +11,7 @@ module eigenpairs
   use text, only: to_text
   use linear_algebra, only: sorted_order, symmetric_eigensystem
   use sparse_matrix, only: symmetric_matrix_t
+  use ranks, only: ranks_t
   use sparse_factor, only: sparse_factor_t
   implicit none
   private
@@ -33,7 +34,7 @@ contains
 
   !> The lowest eigenvalues in rising order and their vectors, X' M X = 1. Fails where there is no
   !! MUMPS.
-  subroutine find_eigenpairs(matrix, mass, guess, n, values, vectors, error, has_buffer)
+  subroutine find_eigenpairs(matrix, mass, guess, n, values, vectors, error, has_buffer, ranks)
     type(symmetric_matrix_t), intent(inout) :: matrix      !! K, then K + s M
     real(wp), intent(in) :: mass(:)                        !! the diagonal of M
     real(wp), intent(in) :: guess                          !! of an eigenvalue, for s
@@ -41,6 +42,7 @@ contains
     real(wp), allocatable, intent(out) :: values(:), vectors(:, :)
     type(error_t), allocatable, intent(out) :: error
     logical, intent(inout), optional :: has_buffer         !! of BLAS, see `sparse_factor_t`
+    class(ranks_t), intent(in), optional :: ranks          !! likewise
     real(wp), parameter :: growth = 30.0_wp
     integer, parameter :: most_trials = 20
     type(sparse_factor_t) :: factor
@@ -48,6 +50,7 @@ contains
     integer :: i
 
     if (present(has_buffer)) factor%has_buffer = has_buffer
+    if (present(ranks)) allocate (factor%ranks, source=ranks)
     call factor%analyse(matrix, error)
     if (allocated(error)) return
     associate (diagonal => matrix%first(2:) - 1)

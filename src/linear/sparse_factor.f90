@@ -1,6 +1,7 @@
 !> Factors L D L' of a symmetric sparse matrix, by MUMPS, on one thread: equal matrices give equal
 !! bits. One analysis serves all matrices with the same entries. Factors that do not fit in memory
-!! are kept on disk.
+!! are kept on disk. Of several processes with equal matrices the first one finds the factors and
+!! solves for all.
 module sparse_factor
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_int64_t, c_loc, &
                                          c_null_funptr, c_null_ptr
@@ -11,6 +12,7 @@ module sparse_factor
   use text, only: rounded_text, to_text
   use mumps_library, only: find_mumps, call_mumps, mumps_call_t, mumps_analyse, mumps_factorise, &
                            mumps_solve, mumps_end
+  use ranks, only: ranks_t, is_first, share_error
   use sparse_matrix, only: symmetric_matrix_t
   implicit none
   private
@@ -29,6 +31,7 @@ module sparse_factor
     integer, public :: megabytes = 0           !! of memory: as estimated, then as used
     real(wp), public :: n_entries = 0.0_wp     !! of the factors, as estimated
     real(wp), public :: n_operations = 0.0_wp  !! on numbers for one set of factors, as estimated
+    class(ranks_t), allocatable, public :: ranks   !! processes with equal matrices; absent: one
   contains
     procedure, public :: analyse, factorise, solve, clear
     final :: end_factor
@@ -53,6 +56,45 @@ contains
     character(*), intent(in), optional :: folder   !! where factors are kept instead of in memory
 
     call self%clear()
+    if (is_leading(self)) call analyse_here(self, matrix, error, folder)
+    call share_outcome(self, error)
+  end subroutine analyse
+
+  !> Does this process find the factors?
+  pure logical function is_leading(self)
+    type(sparse_factor_t), intent(in) :: self
+
+    is_leading = .true.
+    if (allocated(self%ranks)) is_leading = is_first(self%ranks)
+  end function is_leading
+
+  !> What the first process has found.
+  subroutine share_outcome(self, error)
+    type(sparse_factor_t), intent(inout) :: self
+    type(error_t), allocatable, intent(inout) :: error
+    real(wp) :: facts(7)
+
+    if (.not. allocated(self%ranks)) return
+    facts = [real(self%n_negative, wp), real(self%null_unknown, wp), real(self%megabytes, wp), &
+             self%n_entries, self%n_operations, merge(1.0_wp, 0.0_wp, [self%is_short, &
+                                                                       self%has_buffer])]
+    call self%ranks%share(facts, 0)
+    self%n_negative = nint(facts(1))
+    self%null_unknown = nint(facts(2))
+    self%megabytes = nint(facts(3))
+    self%n_entries = facts(4)
+    self%n_operations = facts(5)
+    self%is_short = facts(6) > 0.5_wp
+    self%has_buffer = facts(7) > 0.5_wp
+    call share_error(self%ranks, error)
+  end subroutine share_outcome
+
+  subroutine analyse_here(self, matrix, error, folder)
+    type(sparse_factor_t), intent(inout) :: self
+    type(symmetric_matrix_t), intent(in) :: matrix
+    type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in), optional :: folder
+
     call find_mumps(self%entry, error)
     if (allocated(error)) return
     self%call%n = int(matrix%n, c_int)
@@ -62,13 +104,13 @@ contains
     call choose_place(self, folder, error)
     self%n_entries = self%call%n_factor_entries
     self%n_operations = self%call%n_operations
-  end subroutine analyse
+  end subroutine analyse_here
 
   !> In memory where there is enough of it, else on disk. Fails where there is not enough for that:
   !! OpenBLAS asks for its buffer again and again where the system refuses it. It does so with the
   !! first factors of a process.
   subroutine choose_place(self, folder, error)
-    class(sparse_factor_t), intent(inout) :: self
+    type(sparse_factor_t), intent(inout) :: self
     character(*), intent(in), optional :: folder
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: buffer = 128.0_wp   ! [MB]
@@ -123,6 +165,15 @@ contains
     class(sparse_factor_t), intent(inout) :: self
     type(symmetric_matrix_t), intent(in) :: matrix
     type(error_t), allocatable, intent(out) :: error
+
+    if (is_leading(self)) call factorise_here(self, matrix, error)
+    call share_outcome(self, error)
+  end subroutine factorise
+
+  subroutine factorise_here(self, matrix, error)
+    type(sparse_factor_t), intent(inout) :: self
+    type(symmetric_matrix_t), intent(in) :: matrix
+    type(error_t), allocatable, intent(out) :: error
     integer :: i
 
     do i = 1, size(spare)
@@ -143,7 +194,7 @@ contains
       call fail(error, "the matrix of "//to_text(matrix%n)//" equations is singular: "// &
                 to_text(int(self%call%n_null))//" of its pivots are zero, the first that of "// &
                 "unknown "//to_text(self%null_unknown))
-  end subroutine factorise
+  end subroutine factorise_here
 
   !> Solve for right sides in columns, which become the solutions.
   subroutine solve(self, right, error)
@@ -151,12 +202,26 @@ contains
     real(wp), intent(inout), contiguous, target :: right(:, :)
     type(error_t), allocatable, intent(out) :: error
 
-    self%call%right = c_loc(right)
-    self%call%n_right = int(size(right, 2), c_int)
-    call call_mumps(self%entry, mumps_solve, self%call)
-    self%call%right = c_null_ptr
-    call report(self, error)
+    if (is_leading(self)) then
+      self%call%right = c_loc(right)
+      self%call%n_right = int(size(right, 2), c_int)
+      call call_mumps(self%entry, mumps_solve, self%call)
+      self%call%right = c_null_ptr
+      call report(self, error)
+    end if
+    if (.not. allocated(self%ranks)) return
+    call share_columns(self%ranks, size(right), right)
+    call share_outcome(self, error)
   end subroutine solve
+
+  !> Solutions of the first process.
+  subroutine share_columns(ranks, n, values)
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: values(n)
+
+    call ranks%share(values, 0)
+  end subroutine share_columns
 
   !> Give everything back. What BLAS keeps it keeps.
   subroutine clear(self)

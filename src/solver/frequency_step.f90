@@ -53,7 +53,7 @@ contains
       mass = to_unknowns(stiffness%map, masses_of(blank%parts))/blank%mass_factor
       guess = bending_guess(blank%parts, blank%law)
       call find_eigenpairs(stiffness%matrix, mass, guess, n, values, vectors, error, &
-                           has_buffer)
+                           has_buffer, model%ranks)
     end associate
     if (allocated(error)) return
     call log_frequencies(log, values)
