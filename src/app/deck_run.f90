@@ -95,9 +95,9 @@ contains
       call check_torsion(model, scene%blank%origin, errors)
     code = exit_input
     if (is_failed_elsewhere(n_errors(errors) > 0, ranks)) return
-    if (n_errors(errors) > 0 .or. is_first_of(ranks)) call report_errors(errors, error_unit)
+    if (n_errors(errors) > 0 .or. is_first(ranks)) call report_errors(errors, error_unit)
     code = exit_done
-    if ((command%is_check .or. command%n_modes > 0) .and. .not. is_first_of(ranks)) return
+    if ((command%is_check .or. command%n_modes > 0) .and. .not. is_first(ranks)) return
     if (command%is_start .and. is_built(model)) then
       call write_start_frame(command, scene, model, error)
       if (allocated(error)) then
@@ -128,6 +128,11 @@ contains
       code = merge(exit_input, exit_done, allocated(error))
     else if (command%n_modes > 0) then
       code = report_modes(model, command%n_modes)
+    else if (is_for_one_process(model, ranks)) then
+      code = exit_input
+      if (is_first(ranks)) write (error_unit, "(a)") "igaform: a law that must run on one "// &
+        "thread (THREADSAFE=NO) is up to one process, static steps and frequencies are up to "// &
+        "all of them: run this deck with igaform instead of igaform-mpi"
     else
       if (present(ranks)) allocate (model%ranks, source=ranks)
       code = run_accepted(command, scene, model)
@@ -143,13 +148,19 @@ contains
     if (present(ranks)) is_sound = ranks%largest(n_errors(errors)) == 0
   end function is_sound
 
-  !> Is this the first process, or the only one?
-  pure logical function is_first_of(ranks)
+  !> Does one process alone call the law, and would all of them in some step of the deck?
+  pure logical function is_for_one_process(model, ranks)
+    type(model_t), intent(in) :: model
     class(ranks_t), intent(in), optional :: ranks
 
-    is_first_of = .true.
-    if (present(ranks)) is_first_of = is_first(ranks)
-  end function is_first_of
+    is_for_one_process = .false.
+    if (.not. present(ranks)) return
+    associate (step => model%step, later => model%later_steps%step)
+      is_for_one_process = ranks%n > 1 .and. model%bodies%blank%law%is_serial .and. &
+                           (step%is_static .or. any(later%is_static) .or. step%n_modes > 0 .or. &
+                            any(later%n_modes > 0))
+    end associate
+  end function is_for_one_process
 
   !> The first process compiles the subroutines of a user, the others take what it has made.
   subroutine load_in_turn(command, scene, library, errors, ranks)
@@ -240,7 +251,7 @@ contains
     read_files = files_read(command, scene)
     call fill_setup(scene, model, setup)
     setup%provenance%identity = identity_of(command, scene)
-    if (is_leading(model)) call result_path(command, read_files, setup%path, error)
+    if (is_first(model%ranks)) call result_path(command, read_files, setup%path, error)
     if (allocated(model%ranks)) then
       call share_error(model%ranks, error)
       if (.not. allocated(error)) call model%ranks%share_text(setup%path, 0)
@@ -254,11 +265,11 @@ contains
       call begin(command, setup, log_file, message_file, saver, model, run, results, lock, error)
     end if
     if (allocated(error)) then
-      if (is_leading(model)) write (error_unit, "(a)") "igaform: "//error%message
+      if (is_first(model%ranks)) write (error_unit, "(a)") "igaform: "//error%message
       code = merge(exit_files, exit_input, run%is_file_lost)
       return
     end if
-    if (is_leading(model)) then
+    if (is_first(model%ranks)) then
       call open_log(log, log_file, command%is_quiet, error, is_going_on=run%is_resumed)
     else
       call mute_log(log)
@@ -288,7 +299,7 @@ contains
       if (code == exit_files) call report_restart(log, saver)
     end if
     call finish(model, run, results, log, code)
-    if (code == exit_done .and. is_leading(model)) call drop_checkpoint(saver, run, log)
+    if (code == exit_done .and. is_first(model%ranks)) call drop_checkpoint(saver, run, log)
     if (code == exit_interrupted) call log_line(log, "continue with --restart "//saver%path)
     call close_log(log)
     call release_lock(lock)
@@ -301,15 +312,8 @@ contains
     character(:), allocatable :: ending
 
     ending = ".msg"
-    if (.not. is_leading(model)) ending = "."//to_text(model%ranks%number)//ending
+    if (.not. is_first(model%ranks)) ending = "."//to_text(model%ranks%number)//ending
   end function message_ending
-
-  !> Is this the process that has the files and the terminal?
-  pure logical function is_leading(model)
-    type(model_t), intent(in) :: model
-
-    is_leading = is_first_of(model%ranks)
-  end function is_leading
 
   !> Log what is about to run and what a restart continues.
   subroutine log_start(log, command, scene, model, setup, saver, run)
@@ -343,7 +347,7 @@ contains
     logical :: is_new
 
     is_new = .false.
-    if (is_leading(model)) then
+    if (is_first(model%ranks)) then
       is_new = kind_of_file(log_file) == ""
       call claim_files(log_file, message_file, saver, lock, error)
     else if (message_file /= "") then

@@ -6,7 +6,7 @@ module run_start
   use build_info, only: version, git_commit
   use scene, only: scene_t
   use model, only: model_t
-  use ranks, only: is_first, share_error
+  use ranks, only: is_first, first_says, share_error
   use state_store, only: state_store_t
   use checkpoint, only: read_checkpoint, draft_t, draw_result, place_result, drop_result, &
                         remove_leftovers, is_replaceable
@@ -117,8 +117,7 @@ contains
 
     call new_run(model, run)
     call add_watch(model%timer, "checkpoint", run%watch_state)
-    is_leading = .true.
-    if (allocated(model%ranks)) is_leading = is_first(model%ranks)
+    is_leading = is_first(model%ranks)
     if (command%restart == "") then
       call open_results(results, setup, error, ranks=model%ranks)
       if (.not. allocated(error) .and. is_leading) call remove_leftovers(setup%path, saver%path)
@@ -132,7 +131,7 @@ contains
     call open_results(results, setup, error, saver%verified%n_frames, model%ranks)
     run%is_file_lost = allocated(error)   ! what was there before is replaced already
     if (.not. allocated(error) .and. is_leading) call remove_leftovers(setup%path, saver%path)
-    if (.not. is_same_file(command%restart, saver%path)) return
+    if (.not. first_says(model%ranks, is_same_file(command%restart, saver%path))) return
     saver%saved_step = run%n_steps
     saver%saved_deck_step = model%i_step
   end subroutine start_run
@@ -150,8 +149,7 @@ contains
     character(:), allocatable :: why
     logical :: is_leading
 
-    is_leading = .true.
-    if (allocated(model%ranks)) is_leading = is_first(model%ranks)
+    is_leading = is_first(model%ranks)
     call read_checkpoint(command%restart, saver%header, store, error, saver%other_build, &
                          saver%changes)
     if (allocated(model%ranks)) call share_error(model%ranks, error)

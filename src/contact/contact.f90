@@ -240,7 +240,7 @@ contains
       !$omp do schedule(static)
       do i = 1, n_due
         if (contact%is_shared) then
-          if (.not. is_worked_here(contact%ranks, due(i))) cycle
+          if (.not. is_worked_here(contact%ranks, contact%tiles(due(i)))) cycle
         end if
         call work_tile(contact, tool, dt, largest, due(i))
       end do
@@ -261,7 +261,8 @@ contains
     call exchange_results(contact%ranks, due, contact%tiles, contact%results, contact%traffic)
     touching = pack(due, contact%results(due)%counts%n_touching > 0)
     if (size(touching) == 0) return
-    call exchange_forces(contact%ranks, touching, contact%tile_force, contact%traffic)
+    call exchange_forces(contact%ranks, touching, contact%tiles, contact%tile_force, &
+                         contact%traffic)
     call add_tile_forces(contact, size(touching), touching, force)
   end subroutine exchange_tiles
 

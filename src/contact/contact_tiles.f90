@@ -33,6 +33,7 @@ module contact_tiles
   type :: tile_t
     integer :: first(2) = 0, last(2) = 0
     integer :: net_first(2) = 0, net_last(2) = 0   !! control points that move them
+    integer :: diagonal = 0            !! sum of its places along both directions
     real(wp) :: travel = 0.0_wp        !! bound of their motion against the tool so far [length]
     real(wp) :: test_at = 0.0_wp       !! travel at which one of them must be tested again [length]
   end type tile_t
@@ -112,6 +113,7 @@ contains
     do j = 1, n_parts(2)
       do i = 1, n_parts(1)
         associate (tile => tiles(i + n_parts(1)*(j - 1)))
+          tile%diagonal = i + j
           tile%first = ([i, j] - 1)*n_along/n_parts + 1
           tile%last = [i, j]*n_along/n_parts
           tile%net_first = [secondary%lines(1)%first(tile%first(1)), &

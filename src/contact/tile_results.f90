@@ -1,5 +1,6 @@
 !> What a tile of contact points found, and how processes that each work some of the tiles tell each
-!! other. Tiles are dealt out one by one, for those that touch lie side by side.
+!! other. Tiles are dealt out by their diagonals, for those that touch lie side by side along or
+!! across a face.
 module tile_results
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -50,44 +51,45 @@ contains
   !> Does this process work a tile?
   pure logical function is_worked_here(ranks, tile)
     class(ranks_t), intent(in) :: ranks
-    integer, intent(in) :: tile
+    type(tile_t), intent(in) :: tile
 
-    is_worked_here = mod(tile - 1, ranks%n) == ranks%number
+    is_worked_here = owner_of(ranks, tile) == ranks%number
   end function is_worked_here
 
-  !> Values of so many numbers for each of the tiles: how many come from each process.
-  pure function counts_of(ranks, tiles, sizes) result(counts)
+  !> Number of the process that works a tile.
+  pure integer function owner_of(ranks, tile) result(owner)
     class(ranks_t), intent(in) :: ranks
-    integer, intent(in) :: tiles(:)
-    integer, intent(in) :: sizes(:)       !! numbers of each of them
-    integer :: counts(ranks%n), i
+    type(tile_t), intent(in) :: tile
+
+    owner = mod(tile%diagonal, ranks%n)
+  end function owner_of
+
+  !> How many numbers come from each process, and where those of each tile begin among all, less
+  !! one.
+  pure subroutine find_places(ranks, tiles, sizes, counts, places)
+    class(ranks_t), intent(in) :: ranks
+    type(tile_t), intent(in) :: tiles(:)
+    integer, intent(in) :: sizes(:)            !! numbers of each of them
+    integer, intent(out) :: counts(:), places(:)
+    integer :: at(ranks%n), i
 
     counts = 0
     do i = 1, size(tiles)
-      associate (n => counts(mod(tiles(i) - 1, ranks%n) + 1))
+      associate (n => counts(owner_of(ranks, tiles(i)) + 1))
         n = n + sizes(i)
       end associate
     end do
-  end function counts_of
-
-  !> Where the numbers of each tile begin in what a gathering of them gives, less one.
-  pure function places_of(ranks, tiles, sizes) result(places)
-    class(ranks_t), intent(in) :: ranks
-    integer, intent(in) :: tiles(:), sizes(:)
-    integer :: places(size(tiles)), at(ranks%n), counts(ranks%n), i
-
-    counts = counts_of(ranks, tiles, sizes)
     at(1) = 0
     do i = 2, ranks%n
       at(i) = at(i - 1) + counts(i - 1)
     end do
     do i = 1, size(tiles)
-      associate (next => at(mod(tiles(i) - 1, ranks%n) + 1))
+      associate (next => at(owner_of(ranks, tiles(i)) + 1))
         places(i) = next
         next = next + sizes(i)
       end associate
     end do
-  end function places_of
+  end subroutine find_places
 
   !> Results of the tiles that were due, and when they must be tested again, at all processes.
   subroutine exchange_results(ranks, due, tiles, results, traffic)
@@ -96,20 +98,19 @@ contains
     type(tile_t), intent(inout) :: tiles(:)
     type(tile_result_t), intent(inout) :: results(:)     !! of all tiles
     type(traffic_t), intent(inout) :: traffic
-    integer :: sizes(size(due)), places(size(due)), i, n
+    integer :: places(size(due)), counts(ranks%n), i, n
     real(wp) :: own(n_numbers*size(due)), joined(n_numbers*size(due))
 
-    sizes = n_numbers
-    places = places_of(ranks, due, sizes)
+    call find_places(ranks, tiles(due), spread(n_numbers, 1, size(due)), counts, places)
     n = 0
     do i = 1, size(due)
-      if (.not. is_worked_here(ranks, due(i))) cycle
+      if (.not. is_worked_here(ranks, tiles(due(i)))) cycle
       own(n + 1:n + n_numbers) = [tiles(due(i))%test_at, numbers_of(results(due(i)))]
       n = n + n_numbers
     end do
-    call gather_counted(ranks, counts_of(ranks, due, sizes), own, joined, traffic)
+    call gather_counted(ranks, counts, own, joined, traffic)
     do i = 1, size(due)
-      if (is_worked_here(ranks, due(i))) cycle
+      if (is_worked_here(ranks, tiles(due(i)))) cycle
       tiles(due(i))%test_at = joined(places(i) + 1)
       results(due(i)) = result_of(joined(places(i) + 2:places(i) + n_numbers))
     end do
@@ -149,27 +150,27 @@ contains
   end function result_of
 
   !> Forces of tiles on their control points, at all processes.
-  subroutine exchange_forces(ranks, touching, forces, traffic)
+  subroutine exchange_forces(ranks, touching, tiles, forces, traffic)
     class(ranks_t), intent(in) :: ranks
     integer, intent(in) :: touching(:)                   !! tiles
+    type(tile_t), intent(in) :: tiles(:)
     real(wp), intent(inout) :: forces(:, :, :, :)        !! of all tiles, the last index
     type(traffic_t), intent(inout) :: traffic
-    integer :: sizes(size(touching)), places(size(touching)), i, n, m
+    integer :: places(size(touching)), counts(ranks%n), i, n, m
     real(wp), allocatable :: own(:), joined(:)
 
     m = size(forces)/max(1, size(forces, 4))
-    sizes = m
-    places = places_of(ranks, touching, sizes)
+    call find_places(ranks, tiles(touching), spread(m, 1, size(touching)), counts, places)
     allocate (own(m*size(touching)), joined(m*size(touching)))
     n = 0
     do i = 1, size(touching)
-      if (.not. is_worked_here(ranks, touching(i))) cycle
+      if (.not. is_worked_here(ranks, tiles(touching(i)))) cycle
       own(n + 1:n + m) = reshape(forces(:, :, :, touching(i)), [m])
       n = n + m
     end do
-    call gather_counted(ranks, counts_of(ranks, touching, sizes), own, joined, traffic)
+    call gather_counted(ranks, counts, own, joined, traffic)
     do i = 1, size(touching)
-      if (is_worked_here(ranks, touching(i))) cycle
+      if (is_worked_here(ranks, tiles(touching(i)))) cycle
       forces(:, :, :, touching(i)) = reshape(joined(places(i) + 1:places(i) + m), &
                                              shape(forces(:, :, :, 1)))
     end do
@@ -181,19 +182,18 @@ contains
     type(tile_t), intent(in) :: tiles(:)
     integer, intent(in) :: n_along                       !! points of a row of the face
     real(wp), intent(inout) :: values(:, :)              !! shape (values of a point, points)
-    integer :: sizes(size(tiles)), places(size(tiles)), all_tiles(size(tiles)), t, row, n, m
+    integer :: sizes(size(tiles)), places(size(tiles)), counts(ranks%n), t, row, n, m
     real(wp), allocatable :: own(:), joined(:)
 
     m = size(values, 1)
     do t = 1, size(tiles)
-      all_tiles(t) = t
       sizes(t) = m*product(tiles(t)%last - tiles(t)%first + 1)
     end do
-    places = places_of(ranks, all_tiles, sizes)
+    call find_places(ranks, tiles, sizes, counts, places)
     allocate (own(size(values)), joined(size(values)))
     n = 0
     do t = 1, size(tiles)
-      if (.not. is_worked_here(ranks, t)) cycle
+      if (.not. is_worked_here(ranks, tiles(t))) cycle
       do row = tiles(t)%first(2), tiles(t)%last(2)
         associate (low => (row - 1)*n_along + tiles(t)%first(1), &
                    high => (row - 1)*n_along + tiles(t)%last(1))
@@ -202,7 +202,7 @@ contains
         end associate
       end do
     end do
-    call ranks%gather(counts_of(ranks, all_tiles, sizes), own, joined, .true.)
+    call ranks%gather(counts, own, joined, .true.)
     do t = 1, size(tiles)
       n = places(t)
       do row = tiles(t)%first(2), tiles(t)%last(2)

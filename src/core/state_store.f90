@@ -202,6 +202,16 @@ contains
     !$omp end parallel do
   end subroutine pack_columns
 
+  !> Does an entry hold these columns and no others?
+  pure logical function has_columns(entry, columns)
+    type(state_entry_t), intent(in) :: entry
+    integer, intent(in) :: columns(:)
+
+    has_columns = allocated(entry%columns)
+    if (has_columns) has_columns = size(entry%columns) == size(columns)
+    if (has_columns) has_columns = all(entry%columns == columns)
+  end function has_columns
+
   pure subroutine take_columns(store, name, n, n_columns, columns, values)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: name
@@ -220,7 +230,7 @@ contains
           from = n*(columns(i) - 1)
           values(:, columns(i)) = entry%values(from + 1:from + n)
         end do
-      else if (size(entry%values) == n*size(columns)) then
+      else if (has_columns(entry, columns)) then
         do i = 1, size(columns)
           values(:, columns(i)) = entry%values(n*(i - 1) + 1:n*i)
         end do

@@ -14,54 +14,45 @@ module part_shares
 
 contains
 
-  !> Each process works its share of the tiles of all parts from now on: contiguous ranges in the
-  !! order of the parts, even in the time that tiles took before, or else in elements. Where points
-  !! are not known everywhere, each goes on with what it has. A law that must run on one thread
-  !! stays with the first process.
+  !> Each process works its share of the tiles of every part from now on: a contiguous range, even
+  !! in the time that tiles took before, or else in elements. So all have work at each part, after
+  !! which they wait for each other. Where points are not known everywhere, each goes on with what
+  !! it has. A law that must run on one thread stays with the first process.
   subroutine share_parts(parts, is_serial, ranks, may_move)
     type(part_t), intent(inout) :: parts(:)
     logical, intent(in) :: is_serial             !! the law
     class(ranks_t), intent(in) :: ranks
     logical, intent(in) :: may_move              !! all processes know all points
     real(wp), allocatable :: loads(:), costs(:)
-    integer :: last(ranks%n), n_before, p
+    integer :: last(ranks%n), p
 
-    if (.not. may_move) then
-      do p = 1, size(parts)
+    do p = 1, size(parts)
+      if (.not. may_move) then
         call parts(p)%element%work_own()
-      end do
-      return
-    end if
-    allocate (loads(0), costs(0))
-    do p = 1, size(parts)
-      loads = [loads, parts(p)%element%tile_loads()]
-      costs = [costs, parts(p)%element%tile_costs()]
-    end do
-    if (size(loads) == 0) return
-    if (size(costs) == size(loads)) loads = measured(ranks, costs)
-    last = even_shares(loads, ranks%n)
-    if (is_serial) last = size(loads)
-    n_before = 0
-    do p = 1, size(parts)
-      associate (n => size(parts(p)%element%tile_loads()))
-        if (n > 0) call parts(p)%element%share_tiles(ranks, max(0, min(n, last - n_before)))
-        n_before = n_before + n
-      end associate
+        cycle
+      end if
+      loads = parts(p)%element%tile_loads()
+      if (size(loads) == 0) cycle
+      costs = parts(p)%element%tile_costs()
+      if (size(costs) == size(loads)) call take_measured(ranks, costs, loads)
+      last = even_shares(loads, ranks%n)
+      if (is_serial) last = size(loads)
+      call parts(p)%element%share_tiles(ranks, last)
     end do
   end subroutine share_parts
 
-  !> What tiles cost, from what the processes that worked them have measured.
-  function measured(ranks, costs) result(loads)
+  !> What tiles cost, if the processes that worked them have measured anything.
+  subroutine take_measured(ranks, costs, loads)
     class(ranks_t), intent(in) :: ranks
     real(wp), intent(in) :: costs(:)             !! 0 of tiles of others
-    real(wp) :: loads(size(costs)), joined(size(costs)*ranks%n)
-    integer :: counts(ranks%n)
+    real(wp), intent(inout) :: loads(:)
+    real(wp) :: joined(size(costs)*ranks%n), total(size(costs))
 
-    counts = size(costs)
-    call ranks%gather(counts, costs, joined, .true.)
-    loads = sum(reshape(joined, [size(costs), ranks%n]), 2)
-    loads = max(loads, 0.01_wp*sum(loads)/size(loads))   ! none is free, even if it was never timed
-  end function measured
+    call ranks%gather(spread(size(costs), 1, ranks%n), costs, joined, .true.)
+    total = sum(reshape(joined, [size(costs), ranks%n]), 2)
+    if (.not. sum(total) > 0.0_wp) return
+    loads = max(total, 0.01_wp*sum(total)/size(total))   ! none is free, even if it was never timed
+  end subroutine take_measured
 
   !> Stress and state of all points, at the first process alone or at all: who has them works all
   !! tiles until they are shared again.

@@ -50,7 +50,7 @@ contains
     integer :: i
 
     if (present(has_buffer)) factor%has_buffer = has_buffer
-    if (present(ranks)) allocate (factor%ranks, source=ranks)
+    call factor%take_ranks(ranks)
     call factor%analyse(matrix, error)
     if (allocated(error)) return
     associate (diagonal => matrix%first(2:) - 1)

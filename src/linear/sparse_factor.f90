@@ -31,9 +31,9 @@ module sparse_factor
     integer, public :: megabytes = 0           !! of memory: as estimated, then as used
     real(wp), public :: n_entries = 0.0_wp     !! of the factors, as estimated
     real(wp), public :: n_operations = 0.0_wp  !! on numbers for one set of factors, as estimated
-    class(ranks_t), allocatable, public :: ranks   !! processes with equal matrices; absent: one
+    class(ranks_t), allocatable :: ranks       ! processes with equal matrices; absent: one
   contains
-    procedure, public :: analyse, factorise, solve, clear
+    procedure, public :: analyse, factorise, solve, clear, take_ranks
     final :: end_factor
   end type sparse_factor_t
 
@@ -48,6 +48,14 @@ module sparse_factor
 
 contains
 
+  !> Let the first of these processes work for all.
+  subroutine take_ranks(self, ranks)
+    class(sparse_factor_t), intent(inout) :: self
+    class(ranks_t), intent(in), optional :: ranks      !! absent: there is but one
+
+    if (present(ranks) .and. .not. allocated(self%ranks)) allocate (self%ranks, source=ranks)
+  end subroutine take_ranks
+
   !> Find the order of elimination for all matrices with these entries, and what the factors need.
   subroutine analyse(self, matrix, error, folder)
     class(sparse_factor_t), intent(inout) :: self
@@ -56,17 +64,9 @@ contains
     character(*), intent(in), optional :: folder   !! where factors are kept instead of in memory
 
     call self%clear()
-    if (is_leading(self)) call analyse_here(self, matrix, error, folder)
+    if (is_first(self%ranks)) call analyse_here(self, matrix, error, folder)
     call share_outcome(self, error)
   end subroutine analyse
-
-  !> Does this process find the factors?
-  pure logical function is_leading(self)
-    type(sparse_factor_t), intent(in) :: self
-
-    is_leading = .true.
-    if (allocated(self%ranks)) is_leading = is_first(self%ranks)
-  end function is_leading
 
   !> What the first process has found.
   subroutine share_outcome(self, error)
@@ -166,7 +166,7 @@ contains
     type(symmetric_matrix_t), intent(in) :: matrix
     type(error_t), allocatable, intent(out) :: error
 
-    if (is_leading(self)) call factorise_here(self, matrix, error)
+    if (is_first(self%ranks)) call factorise_here(self, matrix, error)
     call share_outcome(self, error)
   end subroutine factorise
 
@@ -202,7 +202,7 @@ contains
     real(wp), intent(inout), contiguous, target :: right(:, :)
     type(error_t), allocatable, intent(out) :: error
 
-    if (is_leading(self)) then
+    if (is_first(self%ranks)) then
       self%call%right = c_loc(right)
       self%call%n_right = int(size(right, 2), c_int)
       call call_mumps(self%entry, mumps_solve, self%call)

@@ -29,7 +29,8 @@ module pair_return
     real(wp) :: ratios(3) = 0.0_wp      !! M11, M12 and M22 over that
   end type pair_return_t
 
-  real(wp), parameter :: least = 1.0e-200_wp   ! power, for points without stress
+  real(wp), parameter :: least = 1.0e-100_wp   ! power, for points without stress: of a square that
+                                               ! does not vanish
 
 contains
 

@@ -226,7 +226,7 @@ contains
       x = p - 1.0_wp
       y = 4.0_wp*p*x
       w = near*w*w
-      per = open(l)/((3.0_wp + p)*fall)
+      per = open(l)/((3.0_wp + p)*fall + (1.0_wp - open(l)))
       dgamma(l) = d + max((y*h_s - (3.0_wp + p)*p_u*h)*per, -0.9_wp*d)
       root(l) = s + max(((3.0_wp + p)*p_d*h - y*h_d)*per, -0.9_wp*open(l)*s)
       open(l) = merge(0.0_wp, open(l), abs(x) <= 2.0_wp*near .and. abs(h) <= w)

@@ -14,7 +14,7 @@ module ranks
   implicit none
   private
 
-  public :: share_error, is_first, gather_counted, sum_traffic
+  public :: share_error, is_first, first_says, gather_counted, sum_traffic
 
   !> What an exchange has cost so far.
   type, public :: traffic_t
@@ -39,12 +39,26 @@ module ranks
 
 contains
 
-  !> Is this the process that reads and writes files and the terminal for all?
+  !> Is this the process that writes files and the terminal for all, or the only one?
   pure logical function is_first(ranks)
-    class(ranks_t), intent(in) :: ranks
+    class(ranks_t), intent(in), optional :: ranks      !! absent: there is but one
 
-    is_first = ranks%number == 0
+    is_first = .true.
+    if (present(ranks)) is_first = ranks%number == 0
   end function is_first
+
+  !> What the first process answers, who alone has to know.
+  logical function first_says(ranks, answer) result(is_so)
+    class(ranks_t), intent(in), optional :: ranks      !! likewise
+    logical, intent(in) :: answer                      !! of the others nothing
+    real(wp) :: values(1)
+
+    is_so = answer
+    if (.not. present(ranks)) return
+    values = merge(1.0_wp, 0.0_wp, answer)
+    call ranks%share(values, 0)
+    is_so = values(1) > 0.5_wp
+  end function first_says
 
   !> A failure of one process is one of all; where several fail, that of the lowest number.
   subroutine share_error(ranks, error)

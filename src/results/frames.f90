@@ -46,7 +46,7 @@ module frames
 
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
-  public :: is_writing, open_results, write_frame, close_results, flush_results, unit_in
+  public :: open_results, write_frame, close_results, flush_results, unit_in
   public :: layout_problem
   public :: keep_edge_distance
   public :: write_frequencies, write_mode
@@ -79,7 +79,7 @@ contains
     type(history_sample_t) :: nothing
 
     if (present(ranks)) allocate (results%ranks, source=ranks)
-    if (is_writing(results)) then
+    if (is_first(results%ranks)) then
       call open_own_results(results, setup, error, n_frames)
     else
       if (present(n_frames)) results%n_frames = n_frames
@@ -88,20 +88,12 @@ contains
     if (present(ranks)) call share_error(ranks, error)
   end subroutine open_results
 
-  !> Does this process have the file?
-  pure logical function is_writing(results)
-    type(results_t), intent(in) :: results
-
-    is_writing = .true.
-    if (allocated(results%ranks)) is_writing = is_first(results%ranks)
-  end function is_writing
-
   !> The first failure of the file, at all processes.
   subroutine take_failure(results, error)
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
 
-    if (is_writing(results)) call take_error(results%file, error)
+    if (is_first(results%ranks)) call take_error(results%file, error)
     if (allocated(results%ranks)) call share_error(results%ranks, error)
   end subroutine take_failure
 
@@ -246,9 +238,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: n_samples
 
-    if (is_writing(results)) call check_length(results%file)
+    if (is_first(results%ranks)) call check_length(results%file)
     call write_history(results%history, results%file, n_samples)
-    if (is_writing(results)) call flush_file(results%file)
+    if (is_first(results%ranks)) call flush_file(results%file)
     call take_failure(results, error)
   end subroutine flush_results
 
@@ -269,7 +261,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: n_samples   !! absent: all that wait
 
-    if (is_writing(results)) then
+    if (is_first(results%ranks)) then
       call write_own_frame(results, frame, n_samples)
     else
       call write_history(results%history, results%file, n_samples)
@@ -353,7 +345,7 @@ contains
     integer, intent(in) :: step
     real(wp), intent(in) :: frequencies(:)
 
-    if (.not. is_writing(results)) return
+    if (.not. is_first(results%ranks)) return
     call check_length(results%file)
     call write_reals(results%file, mode_folder(step)//"/frequency", frequencies, &
                      [size(frequencies)], "1/"//unit_of(results%units, "time"), &
@@ -370,7 +362,7 @@ contains
     integer :: n(4)
 
     n = shape(shape_of)
-    if (is_writing(results)) then
+    if (is_first(results%ranks)) then
       call check_length(results%file)
       call write_reals(results%file, patch_folder(results, mode_folder(step), patch)//"/mode_"// &
                        to_text(number), transpose(reshape(shape_of, [product(n(:3)), 3])), &
@@ -396,7 +388,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in), optional :: relaxation   !! how it went; may be empty
 
-    if (is_writing(results)) call close_own_results(results, status, timings, relaxation)
+    if (is_first(results%ranks)) call close_own_results(results, status, timings, relaxation)
     call take_failure(results, error)
   end subroutine close_results
 

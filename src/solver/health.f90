@@ -305,7 +305,7 @@ contains
     if (present(ranks)) then
       from = ranks%n - ranks%largest(merge(ranks%n - ranks%number, 1, user_failure /= ""))
       call ranks%share_text(user_failure, from)
-      is_refusal = ranks%largest(merge(1, 0, is_refusal)) > 0
+      is_refusal = ranks%largest(merge(1, 0, is_refusal .and. ranks%number == from)) > 0
     end if
     failure = merge(inverted, not_finite, blank%report%smallest_det <= 0.0_wp)
     message = "blank '"//blank%name//"': "

@@ -19,14 +19,6 @@ module run_frames
 
 contains
 
-  !> Is this the process that writes frames? Others count them alone.
-  pure logical function is_filling(model)
-    type(model_t), intent(in) :: model
-
-    is_filling = .true.
-    if (allocated(model%ranks)) is_filling = is_first(model%ranks)
-  end function is_filling
-
   !> A frame with room for the fields of the model.
   subroutine new_frame(model, frame)
     type(model_t), intent(in) :: model
@@ -35,7 +27,7 @@ contains
 
     n_tools = size(model%bodies%tools)
     n_shown = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
-    if (.not. is_filling(model)) return
+    if (.not. is_first(model%ranks)) return   ! who writes them; others count them
     allocate (frame%patches(size(model%bodies%blank%parts)))
     do p = 1, size(frame%patches)
       associate (body => model%bodies%blank%parts(p)%element, fields => frame%patches(p))
@@ -62,7 +54,7 @@ contains
 
     frame%time = time
     frame%process_step = model%i_step
-    if (.not. is_filling(model)) return
+    if (.not. is_first(model%ranks)) return   ! who writes them; others count them
     do p = 1, size(frame%patches)
       call model%bodies%blank%parts(p)%element%body_motion(frame%patches(p)%points, &
                                                            frame%patches(p)%velocity)

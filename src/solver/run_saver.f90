@@ -12,8 +12,8 @@ module run_saver
   use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, has_state
   use model, only: model_t
   use contact_effect, only: join_pairs
-  use frames, only: results_t, flush_results, is_writing
-  use ranks, only: is_first
+  use frames, only: results_t, flush_results
+  use ranks, only: is_first, first_says
   use hdf5_file, only: path_of_open
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
@@ -247,14 +247,14 @@ contains
     character(:), allocatable, intent(out) :: why     !! the run must stop; empty if it need not
     logical, intent(out) :: is_wanted                 !! the state
     integer, parameter :: few = 16
-    real(wp) :: answer(1), seconds
+    real(wp) :: seconds
 
     why = ""
     is_wanted = .false.
     if (allocated(model%ranks)) then
       if (mod(run%n_steps, int(few, int64)) /= 0 .and. .not. model%step%is_static) return
     end if
-    if (is_asking(model)) then
+    if (is_first(model%ranks)) then
       why = stop_signal_name()
       seconds = ticks_to_seconds(clock_ticks() - run%started)
       if (why == "" .and. saver%wall_seconds > 0.0_wp .and. seconds >= saver%wall_seconds) &
@@ -264,20 +264,9 @@ contains
       if (why /= "" .or. is_wanted) is_wanted = .not. is_in_file(saver)
       if (.not. is_wanted) is_wanted = is_clock_due(saver, run, clock_ticks())
     end if
-    if (.not. allocated(model%ranks)) return
-    answer = merge(1.0_wp, 0.0_wp, is_wanted)
-    call model%ranks%share(answer, 0)
-    is_wanted = answer(1) > 0.5_wp
-    call model%ranks%share_text(why, 0)
+    is_wanted = first_says(model%ranks, is_wanted)
+    if (allocated(model%ranks)) call model%ranks%share_text(why, 0)
   end subroutine ask_from_outside
-
-  !> Is this the process that looks at files and at the clock?
-  pure logical function is_asking(model)
-    type(model_t), intent(in) :: model
-
-    is_asking = .true.
-    if (allocated(model%ranks)) is_asking = is_first(model%ranks)
-  end function is_asking
 
   !> Is the last verified state in the file already, and does the file exist?
   logical function is_in_file(saver)
@@ -366,7 +355,7 @@ contains
     if (is_result_lost) return
     call count_written_samples(saver)
     path = ""
-    if (is_writing(results)) path = path_of_open(results%file)
+    if (is_first(results%ranks)) path = path_of_open(results%file)
     call write_checkpoint(saver%path, saver%header, saver%verified%store, path, error, &
                           results%ranks)
     if (allocated(error)) return
@@ -458,7 +447,7 @@ contains
     advice = ""
     if (.not. allocated(saver%verified)) return
     inquire (file=saver%path, exist=is_there)
-    if (allocated(results%ranks)) is_there = results%ranks%largest(merge(1, 0, is_there)) > 0
+    is_there = first_says(results%ranks, is_there)
     if (.not. is_there) saver%saved_step = -1
     if (.not. is_saved(saver, saver%verified%step, saver%verified%deck_step)) &
       call write_verified(saver, results, error, ignored)

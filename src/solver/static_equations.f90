@@ -152,8 +152,7 @@ contains
       end if
     end associate
     self%factor%has_buffer = run%has_buffer
-    if (allocated(model%ranks) .and. .not. allocated(self%factor%ranks)) &
-      allocate (self%factor%ranks, source=model%ranks)
+    call self%factor%take_ranks(model%ranks)
     if (self%n == 0) then
       call fail(error, "a static step has nothing to find: supports hold all components of all "// &
                 "control points")

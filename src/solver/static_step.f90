@@ -17,6 +17,7 @@ module static_step
   use contact_effect, only: any_load, has_pair
   use vibration, only: fixed_t
   use contact_stiffness, only: shortest_reach
+  use ranks, only: is_first, share_error
   use model, only: model_t, apply_forces
   use run_state, only: run_t
   use run_log, only: run_log_t, log_line
@@ -85,8 +86,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(c_funptr) :: entry
 
-    if (model%step%is_static .or. any(model%later_steps%step%is_static)) &
-      call find_mumps(entry, error)
+    if (.not. (model%step%is_static .or. any(model%later_steps%step%is_static))) return
+    if (is_first(model%ranks)) call find_mumps(entry, error)
+    if (allocated(model%ranks)) call share_error(model%ranks, error)
     if (allocated(error)) error%message = "static steps: "//error%message
   end subroutine check_static
 

@@ -13,6 +13,7 @@ module through_thickness
   use basis_tables, only: n_lanes
   use solid_patch, only: solid_patch_t, shell_points_t, tile_buffer_t, block_t, block_at, tile_t, &
                          cut_number
+  use tile_exchange, only: gather_blocks
   use patch_setup, only: new_tile_buffers
   use block_gather, only: weigh_block
   use solid_forces, only: gather_field, gather_weights, add_forces
@@ -61,8 +62,15 @@ contains
     type(shell_points_t), intent(in) :: points
     type(through_fields_t), intent(in) :: fields
     real(wp) :: thickness(size(fields%volume, 1), size(fields%volume, 2))
+    real(wp), allocatable :: joined(:, :, :)
 
-    thickness = sums_of(patch, points, points%thickness)/fields%volume
+    if (patch%shares%is_shared) then   ! other processes have changed that of their points
+      joined = points%thickness
+      call gather_blocks(patch, size(joined)/patch%n_blocks, joined)
+      thickness = sums_of(patch, points, joined)/fields%volume
+    else
+      thickness = sums_of(patch, points, points%thickness)/fields%volume
+    end if
   end function thickness_now
 
   !> Volumes at the start that the control points have of elements that an outline cuts.

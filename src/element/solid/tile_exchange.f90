@@ -9,7 +9,7 @@ module tile_exchange
   implicit none
   private
 
-  public :: exchange_tiles, sum_of_blocks
+  public :: exchange_tiles, gather_blocks, sum_of_blocks
 
   integer, parameter :: n_reported = 5   !! numbers of a report, without the part
 

@@ -44,6 +44,8 @@ SCENES = {
     "wear": ("tests/verification/contact/slider.key", ["friction=0.1"],
              ["VTKHDF/PointData/wear"]),
     "late pair": ("tests/verification/contact/late.key", ["lift=0.2", "friction=0.2"], ENERGIES),
+    "late pair of a shell": ("tests/verification/processes/late_plate.key", [], RUBBING),
+    "late roll, trims": ("input/verification/trim_press.key", [], RUBBING),
     "modes": ("input/verification/touched_strip.key", [], ["modes/step_2/frequency"]),
     "held": ("input/verification/pressed_hold.key", [], ENERGIES[:2]),
     "pieces": ("input/verification/trim_pieces.key", [], ENERGIES[:1]),
