@@ -299,7 +299,6 @@ contains
     is_looking = is_frame .or. is_end
     is_last = is_end
     if (is_last) call look_at_points(model, is_everywhere=.true.)
-    if (is_sample) call look_at_contact(model)
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
     if (.not. model%step%is_static) then
@@ -389,13 +388,6 @@ contains
     call begin_pace(run)
     call log_step(log, model, run%instant%time)
   end subroutine change_step
-
-  !> Each process knows all contact points.
-  subroutine look_at_contact(model)
-    type(model_t), intent(inout) :: model
-
-    if (allocated(model%ranks)) call join_pairs(model%forces)
-  end subroutine look_at_contact
 
   !> Modes at the end of a step of frequencies.
   subroutine find_due_modes(model, run, results, log, error)
@@ -582,6 +574,7 @@ contains
     end do
     run%has_penetration = is_penetration_due(run%control, run%instant%time)
     if (run%has_penetration) then
+      if (allocated(model%ranks)) call join_pairs(model%forces)
       call measure_depths(model%forces, model%bodies%tools, run%instant%time, n_samples)
       call schedule_penetration(run%control, run%instant%time, &
                                 run%instant%dt*cost*n_samples/(fraction*n_points))
