@@ -92,8 +92,11 @@ contains
     limit = error/(1.0_wp + 0.5_wp*self%half)
     do i = 1, most_steps
       if (ok) exit
-      if (i > 1) call flow_after(curve, n, dt, eqps, factor, first(:, 1), now(:, 3), now(:, 4), &
-                                 now(:, 5), bend, reach)
+      if (i > 1) then
+        if (.not. are_numbers(n, now(:, 3))) return
+        call flow_after(curve, n, dt, eqps, factor, first(:, 1), now(:, 3), now(:, 4), now(:, 5), &
+                        bend, reach)
+      end if
       if (self%half == 3) then
         call step_3(self, n, first, limit, scaled, now, n_open)
       else
@@ -104,6 +107,21 @@ contains
     end do
     if (ok) call strain_of_pair(self, n, first, scaled, now, strain, eqps)
   end subroutine return_by_pair
+
+  !> Did no step leave the range of numbers? Others are nothing for the functions of a flow curve.
+  pure logical function are_numbers(n, values)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: values(n)
+    real(wp) :: n_others
+    integer :: l
+
+    n_others = 0.0_wp
+    !$omp simd reduction(+:n_others)
+    do l = 1, n
+      n_others = n_others + merge(0.0_wp, 1.0_wp, abs(values(l)) <= huge(1.0_wp))
+    end do
+    are_numbers = .not. n_others > 0.0_wp
+  end function are_numbers
 
   !> Plastic strain; zero, to the bit, without flow.
   pure subroutine strain_of_pair(self, n, first, scaled, now, strain, eqps)
