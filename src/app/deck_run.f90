@@ -179,16 +179,16 @@ contains
     end if
   end subroutine load_in_turn
 
-  !> Does another process tell why all of them end? Of those that fail the first one does.
-  logical function is_failed_elsewhere(is_failed, ranks) result(is_told)
+  !> Does another process report why all of them end? Of those that fail the first one does.
+  logical function is_failed_elsewhere(is_failed, ranks) result(is_reported)
     logical, intent(in) :: is_failed                   !! here
     class(ranks_t), intent(in), optional :: ranks
     integer :: first
 
-    is_told = .false.
+    is_reported = .false.
     if (.not. present(ranks)) return
     first = ranks%n - ranks%largest(merge(ranks%n - ranks%number, 0, is_failed))
-    is_told = first < ranks%n .and. first /= ranks%number
+    is_reported = first < ranks%n .and. first /= ranks%number
   end function is_failed_elsewhere
 
   !> Is the model complete but for effects with errors?

@@ -1,5 +1,5 @@
-!> What a tile of contact points found, and how processes that each work some of the tiles tell each
-!! other. Tiles are dealt out by their diagonals, for those that touch lie side by side along or
+!> What a tile of contact points found, and how processes that each work some of the tiles exchange
+!! it. Tiles are dealt out by their diagonals, for those that touch lie side by side along or
 !! across a face.
 module tile_results
   use, intrinsic :: iso_fortran_env, only: int64

@@ -7,7 +7,7 @@ module plane_strain_forces
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, plane_strain_t, tile_t, block_t, n_blocks_of, next_block
   use bulk_viscosity, only: viscous_factors
-  use tile_exchange, only: exchange_tiles
+  use tile_exchange, only: complete_tiles
   use tile_shares, only: begin_tile, end_tile
   use solid_forces, only: add_report, finish_evaluation
 #include "plane_strain_uses.inc"
@@ -45,14 +45,9 @@ contains
       call end_tile(patch%shares, t)
     end do
     !$omp end do
-    if (.not. patch%shares%is_shared) call add_sides(patch, plane, force)
+    call complete_tiles(patch, reports, plane%sides)
+    call add_sides(patch, plane, force)
     !$omp end parallel
-    if (patch%shares%is_shared) then
-      call exchange_tiles(patch, reports, plane%sides)
-      !$omp parallel
-      call add_sides(patch, plane, force)
-      !$omp end parallel
-    end if
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_in_plane
 

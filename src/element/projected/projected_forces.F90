@@ -9,7 +9,7 @@ module projected_forces
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_elements_of, next_group, &
                          most_in_group, cut_number
-  use tile_exchange, only: exchange_tiles
+  use tile_exchange, only: complete_tiles
   use tile_shares, only: begin_tile, end_tile
   use strain_projection, only: projection_t, project_nothing, project_sheet, project_along
   use projected_points, only: correct_volume, split_volume, join_volume, &
@@ -58,14 +58,9 @@ contains
       call end_tile(patch%shares, t)
     end do
     !$omp end do
-    if (.not. patch%shares%is_shared) call add_tiles(patch, buffers, force)
+    call complete_tiles(patch, reports, buffers, force)
+    call add_tiles(patch, buffers, force)
     !$omp end parallel
-    if (patch%shares%is_shared) then
-      call exchange_tiles(patch, reports, buffers, force)
-      !$omp parallel
-      call add_tiles(patch, buffers, force)
-      !$omp end parallel
-    end if
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_of_projection
 

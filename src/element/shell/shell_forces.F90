@@ -8,7 +8,7 @@ module shell_forces
   use solid_patch, only: solid_patch_t, shell_points_t, tile_t, tile_buffer_t, block_t, block_at, &
                          n_blocks_of, next_block, cut_number
   use kernel_dispatch, only: instance_of
-  use tile_exchange, only: exchange_tiles
+  use tile_exchange, only: complete_tiles
   use tile_shares, only: begin_tile, end_tile
   use shell_context, only: placed_law_t, new_placed_law, place_block
   use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
@@ -75,31 +75,16 @@ contains
       call end_tile(patch%shares, t)
     end do
     !$omp end do
-    if (.not. patch%shares%is_shared) call add_all(patch, buffers, fields, force)
-    !$omp end parallel
-    if (patch%shares%is_shared) then
-      if (fields%is_watched) then
-        call exchange_tiles(patch, reports, buffers, force, fields%buffers, fields%sums)
-      else
-        call exchange_tiles(patch, reports, buffers, force)
-      end if
-      !$omp parallel
-      call add_all(patch, buffers, fields, force)
-      !$omp end parallel
+    if (fields%is_watched) then
+      call complete_tiles(patch, reports, buffers, force, fields%buffers, fields%sums)
+      call add_tiles(patch, fields%buffers, fields%sums)
+    else
+      call complete_tiles(patch, reports, buffers, force)
     end if
+    call add_tiles(patch, buffers, force)
+    !$omp end parallel
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_of_shell
-
-  !> Add up the tiles of all fields.
-  subroutine add_all(patch, buffers, fields, force)
-    type(solid_patch_t), intent(in) :: patch
-    type(tile_buffer_t), intent(in) :: buffers(:)
-    type(through_fields_t), intent(inout) :: fields
-    real(wp), intent(inout) :: force(:, :, :, :)
-
-    call add_tiles(patch, buffers, force)
-    if (fields%is_watched) call add_tiles(patch, fields%buffers, fields%sums)
-  end subroutine add_all
 
   !> The blocks of one tile.
   subroutine forces_of_tile(patch, points, fields, law, number, dt, x, force, border, report)

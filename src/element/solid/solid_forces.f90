@@ -6,7 +6,7 @@ module solid_forces
   use basis_tables, only: n_lanes
   use element, only: force_report_t, merge_reports
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
-  use tile_exchange, only: exchange_tiles
+  use tile_exchange, only: complete_tiles
   use tile_shares, only: begin_tile, end_tile
   use block_gather, only: gather_block, weigh_block, add_block
   use point_context, only: point_context_t, new_point_context
@@ -43,14 +43,9 @@ contains
       call end_tile(patch%shares, t)
     end do
     !$omp end do
-    if (.not. patch%shares%is_shared) call add_tiles(patch, buffers, force)
+    call complete_tiles(patch, reports, buffers, force)
+    call add_tiles(patch, buffers, force)
     !$omp end parallel
-    if (patch%shares%is_shared) then
-      call exchange_tiles(patch, reports, buffers, force)
-      !$omp parallel
-      call add_tiles(patch, buffers, force)
-      !$omp end parallel
-    end if
     call finish_evaluation(patch, dt, reports, report)
   end subroutine internal_forces
 

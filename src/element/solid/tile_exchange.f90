@@ -1,6 +1,6 @@
-!> What processes that share the tiles of a patch tell each other in an evaluation of its forces:
-!! reports of their tiles, forces on the rows that tiles own, buffers for the others. Everybody
-!! gets the buffers as they are and adds them in the order of the tiles, as one process does.
+!> What processes that share the tiles of a patch exchange in an evaluation of its forces: reports
+!! of their tiles, forces on the rows that tiles own, buffers for the others. Everybody gets the
+!! buffers as they are and adds them in the order of the tiles, as one process does.
 module tile_exchange
   use kinds, only: wp
   use ranks, only: gather_counted
@@ -9,13 +9,30 @@ module tile_exchange
   implicit none
   private
 
-  public :: exchange_tiles, gather_blocks, sum_of_blocks
+  public :: complete_tiles, exchange_tiles, gather_blocks, sum_of_blocks
 
   integer, parameter :: n_reported = 5   !! numbers of a report, without the part
 
 contains
 
-  !> Tell all of the own tiles, and hear of the tiles of the others.
+  !> In a parallel region that has worked the own tiles: those of the other processes, if there are
+  !! any, before its threads add them up.
+  subroutine complete_tiles(patch, reports, buffers, force, more_buffers, more)
+    type(solid_patch_t), intent(inout) :: patch
+    type(force_report_t), intent(inout) :: reports(:)               !! see `exchange_tiles`
+    type(tile_buffer_t), intent(inout) :: buffers(:)
+    real(wp), intent(inout), contiguous, optional :: force(:, :, :, :)
+    type(tile_buffer_t), intent(inout), optional :: more_buffers(:)
+    real(wp), intent(inout), contiguous, optional :: more(:, :, :, :)
+
+    if (.not. patch%shares%is_shared) return
+    !$omp master
+    call exchange_tiles(patch, reports, buffers, force, more_buffers, more)
+    !$omp end master
+    !$omp barrier
+  end subroutine complete_tiles
+
+  !> Send the own tiles, and receive those of the others.
   subroutine exchange_tiles(patch, reports, buffers, force, more_buffers, more)
     type(solid_patch_t), intent(inout) :: patch
     type(force_report_t), intent(inout) :: reports(:)               !! of the tiles
