@@ -48,6 +48,7 @@ def draw_cyclic(axis, strain, stress, results):
         axis.plot(strain, LAWS[name].stress(result.constants, strain),
                   label="back stresses" if name == "VOCE" else name)
     axis.set(xlabel="plastic strain", ylabel="stress", title="Cyclic test")
+    axis.locator_params(axis="x", nbins=5)     # small strains of both signs have long labels
 
 
 def draw_angles(axis, material, functions, exponent, kind):
