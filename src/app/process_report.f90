@@ -57,13 +57,13 @@ contains
 
     own = 0.0_wp
     do i = 1, size(model%bodies%blank%parts)
-      own(1) = own(1) + sum(model%bodies%blank%parts(i)%element%tile_costs())
+      own(1) = own(1) + sum(model%bodies%blank%parts(i)%element%tile_costs([real(wp) ::]))
       call model%bodies%blank%parts(i)%element%add_traffic(elements)
     end do
     pairs = [contact_pairs(model%forces), contact_pairs(model%retired)]
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair%pair)
-        own(2) = own(2) + real(pair%ticks, wp)
+        if (allocated(pair%ticks)) own(2) = own(2) + sum(real(pair%ticks, wp))
         call sum_traffic(pair%traffic, contacts)
       end associate
     end do

@@ -21,8 +21,9 @@ module contact
   use, intrinsic :: iso_fortran_env, only: int64
   use ranks, only: ranks_t, traffic_t
   use timer, only: clock_ticks
-  use tile_results, only: contact_statistics_t, tile_result_t, count_iterations, is_worked_here, &
-                          exchange_results, exchange_forces
+  use row_shares, only: row_shares_t
+  use tile_results, only: contact_statistics_t, tile_result_t, count_iterations, add_result, &
+                          add_counts, exchange_results, exchange_forces
   use pressed_points, only: pressed_points_t, most_points
   use penalty, only: stiffness_from_mass, no_contact, find_pressed_depths, push_points, &
                      contact_damping_t, new_contact_damping, damp_points
@@ -35,7 +36,8 @@ module contact
   private
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, &
-            carry_contact, schedule_tests, trim_contact
+            carry_contact, schedule_tests, press_contact, add_touching, sum_contact, &
+            is_worked_here
 
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
@@ -83,14 +85,18 @@ module contact
     type(tile_result_t), allocatable :: results(:)   !! of each tile when it was last due
     type(face_motion_t) :: motion
     logical, allocatable :: is_due(:)        !! tiles that were tested at the last call
+    logical, allocatable :: is_touching(:)   !! those with forces, here or from other processes
+    integer :: n_across = 1                  !! tiles side by side in a band along the rows
     type(contact_statistics_t) :: statistics
     type(friction_t), allocatable :: friction            !! only where there is some
     type(contact_damping_t), allocatable :: damping      !! likewise
     logical :: is_static = .false.           !! forces balance: springs alone, at their whole load
     class(ranks_t), allocatable :: ranks     !! processes that share the tiles; absent: one
     logical :: is_shared = .false.           !! they do: of its own tiles a process knows the points
+    integer, allocatable :: owners(:)        !! numbers of the processes that work the tiles
+    type(row_shares_t) :: rows               !! of control points that are known here
     type(traffic_t) :: traffic               !! between them
-    integer(int64) :: ticks = 0              !! of the clock, work on shared tiles
+    integer(int64), allocatable :: ticks(:)  !! of the clock, work on the tiles since they were shared
     real(wp) :: passed = 0.0_wp              !! energy of loads that moved points on to the tool or
                                              !! off it within static increments [energy]
   end type contact_t
@@ -140,6 +146,8 @@ contains
     allocate (contact%tile_force(room(1), 3, room(2), size(contact%tiles)), source=0.0_wp)
     allocate (contact%results(size(contact%tiles)))
     allocate (contact%is_due(size(contact%tiles)), source=.true.)
+    allocate (contact%is_touching(size(contact%tiles)), source=.false.)
+    contact%n_across = count(contact%tiles%first(2) == contact%tiles(1)%first(2))
     if (options%friction > 0.0_wp) then
       allocate (contact%friction)
       call new_friction(contact%friction, secondary%n_points, options%friction)
@@ -197,12 +205,23 @@ contains
     real(wp), intent(out) :: max_penetration    !! deepest -g of touching points, 0: none [length]
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
 
-    logical :: are_threads
-    integer(int64) :: start
+    call press_contact(contact, tool, x, force, dt)
+    call sum_contact(contact, tool, energy, max_penetration)
+  end subroutine apply_contact
 
-    if (contact%is_shared) start = clock_ticks()
+  !> The first half of the same: test the points. Where processes move but some of the rows, those
+  !! of the tiles here alone, whose forces `add_touching` adds when those of others are there.
+  subroutine press_contact(contact, tool, x, force, dt)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(:, :, :)          !! as of `apply_contact`, like the rest
+    real(wp), intent(inout) :: force(:, :, :)
+    real(wp), intent(in) :: dt
+    logical :: are_threads
+
     are_threads = is_worth_threads(contact%secondary%n_points, contact%is_due)
     call advance_motion(contact%motion, tool%displacement, x)
+    contact%is_touching = .false.
     if (are_threads) then
       !$omp parallel
       call work_tiles(contact, tool, x, force, dt)
@@ -210,13 +229,9 @@ contains
     else
       call work_tiles(contact, tool, x, force, dt)   ! a region of one thread costs time, too
     end if
-    if (contact%is_shared) then
-      contact%ticks = contact%ticks + clock_ticks() - start
-      call exchange_tiles(contact, force)
-    end if
+    if (contact%is_shared .and. .not. contact%rows%is_shared) call exchange_tiles(contact, force)
     contact%motion%is_started = .true.
-    call sum_up(contact, tool, energy, max_penetration)
-  end subroutine apply_contact
+  end subroutine press_contact
 
   !> Test the tiles that are due and add their forces to the control points; the threads of a region
   !! divide the work.
@@ -227,44 +242,80 @@ contains
     real(wp), intent(inout) :: force(:, :, :)
     real(wp), intent(in) :: dt
     integer :: due(size(contact%tiles)), n_due, i
-    real(wp) :: largest
+    integer(int64) :: start
 
-    call carry_tiles(contact%tiles, contact%motion, x, contact%is_due, largest)
+    call carry_tiles(contact%tiles, contact%motion, [contact%rows%first, contact%rows%last], x, &
+                     contact%is_due)
     n_due = 0
     do i = 1, size(contact%tiles)
       if (.not. contact%is_due(i)) cycle
       n_due = n_due + 1
       due(n_due) = i
     end do
-    if (n_due > 0) then
-      !$omp do schedule(static)
-      do i = 1, n_due
-        if (contact%is_shared) then
-          if (.not. is_worked_here(contact%ranks, contact%tiles(due(i)))) cycle
-        end if
-        call work_tile(contact, tool, dt, largest, due(i))
-      end do
-      !$omp end do
-      if (.not. contact%is_shared) call add_tile_forces(contact, n_due, due, force)
-    end if
+    if (n_due == 0) return
+    !$omp do schedule(static) private(start)
+    do i = 1, n_due
+      if (contact%is_shared) then
+        if (.not. is_worked_here(contact, due(i))) cycle
+        start = clock_ticks()
+      end if
+      call work_tile(contact, tool, dt, due(i))
+      if (contact%is_shared) contact%ticks(due(i)) = contact%ticks(due(i)) + clock_ticks() - start
+    end do
+    !$omp end do
+    if (.not. contact%is_shared) call add_tile_forces(contact, n_due, due, force)
   end subroutine work_tiles
+
+  !> Does this process work a tile?
+  pure logical function is_worked_here(contact, tile)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: tile
+
+    is_worked_here = .not. contact%is_shared
+    if (contact%is_shared) is_worked_here = contact%owners(tile) == contact%ranks%number
+  end function is_worked_here
 
   !> The results of all tiles that were due, here and elsewhere, and their forces.
   subroutine exchange_tiles(contact, force)
     type(contact_t), intent(inout) :: contact
     real(wp), intent(inout) :: force(:, :, :)
     integer, allocatable :: due(:), touching(:)
+    real(wp), allocatable :: test_at(:)
+    type(tile_result_t), allocatable :: results(:)
     integer :: t
 
     due = pack([(t, t=1, size(contact%tiles))], contact%is_due)
     if (size(due) == 0) return
-    call exchange_results(contact%ranks, due, contact%tiles, contact%results, contact%traffic)
-    touching = pack(due, contact%results(due)%counts%n_touching > 0)
+    test_at = contact%tiles(due)%test_at
+    results = contact%results(due)
+    call exchange_results(contact%ranks, contact%owners(due), test_at, results, contact%traffic)
+    contact%tiles(due)%test_at = test_at
+    contact%results(due) = results
+    contact%is_touching(due) = results%counts%n_touching > 0
+    touching = pack(due, contact%is_touching(due))
     if (size(touching) == 0) return
-    call exchange_forces(contact%ranks, touching, contact%tiles, contact%tile_force, &
+    call exchange_forces(contact%ranks, touching, contact%owners, contact%tile_force, &
                          contact%traffic)
     call add_tile_forces(contact, size(touching), touching, force)
   end subroutine exchange_tiles
+
+  !> Where processes move but some of the rows: add the forces of all tiles that touch these.
+  subroutine add_touching(contact, force)
+    type(contact_t), intent(in) :: contact
+    real(wp), intent(inout) :: force(:, :, :)   !! shape (n_net, 3) [force]
+    integer :: touching(size(contact%tiles)), n, t
+
+    n = 0
+    do t = 1, size(contact%tiles)
+      if (.not. contact%is_touching(t)) cycle
+      n = n + 1
+      touching(n) = t
+    end do
+    if (n == 0) return
+    !$omp parallel
+    call add_tile_forces(contact, n, touching, force)
+    !$omp end parallel
+  end subroutine add_touching
 
   !> Add the forces of tiles that touch to the control points; the threads of a region divide their
   !! rows.
@@ -275,9 +326,9 @@ contains
     integer :: i, j
 
     !$omp do schedule(static)
-    do j = 1, contact%secondary%n_net(2)
+    do j = max(1, contact%rows%first), min(contact%secondary%n_net(2), contact%rows%last)
       do i = 1, n_due
-        if (contact%results(due(i))%counts%n_touching == 0) cycle
+        if (.not. contact%is_touching(due(i))) cycle
         associate (tile => contact%tiles(due(i)))
           if (j < tile%net_first(2) .or. j > tile%net_last(2)) cycle
           call add_gathered(contact%secondary, [tile%net_first(1), j], [tile%net_last(1), j], &
@@ -289,58 +340,54 @@ contains
     !$omp end do nowait
   end subroutine add_tile_forces
 
-  !> What the tiles that were due found, in their order.
-  pure subroutine sum_up(contact, tool, energy, max_penetration)
+  !> The second half: what the tiles that were due found, band by band of tiles along the rows of
+  !! the face, and these in their order.
+  subroutine sum_contact(contact, tool, energy, max_penetration)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(inout) :: tool
     real(wp), intent(out) :: energy, max_penetration
-    real(wp) :: slip_work, damped
-    integer :: t
+    type(tile_result_t) :: bands(size(contact%tiles)/contact%n_across), total
+    real(wp) :: idle(size(bands))
+    integer :: t, b
 
-    contact%statistics%n_calls = contact%statistics%n_calls + 1
-    contact%statistics%n_points = contact%statistics%n_points + contact%secondary%n_points
-    contact%statistics%n_touching = 0
-    energy = 0.0_wp
-    max_penetration = 0.0_wp
-    slip_work = 0.0_wp
-    damped = 0.0_wp
     do t = 1, size(contact%tiles)
       if (.not. contact%is_due(t)) cycle
-      associate (part => contact%results(t))
-        energy = energy + part%energy
-        max_penetration = max(max_penetration, part%depth)
-        tool%force = tool%force + part%reaction
-        slip_work = slip_work + part%slip_work
-        damped = damped + part%damped
-        contact%passed = contact%passed + part%passed
-      end associate
-      associate (total => contact%statistics, part => contact%results(t)%counts)
-        total%n_tested = total%n_tested + part%n_tested
-        total%n_iterations = total%n_iterations + part%n_iterations
-        total%n_fallbacks = total%n_fallbacks + part%n_fallbacks
-        total%n_searches = total%n_searches + part%n_searches
-        total%n_failures = total%n_failures + part%n_failures
-        if (total%first_failed == 0) total%first_failed = part%first_failed
-        total%max_iterations = max(total%max_iterations, part%max_iterations)
-        total%n_touching = total%n_touching + part%n_touching
-      end associate
+      if (contact%rows%is_shared) then
+        if (.not. is_worked_here(contact, t)) cycle
+      end if
+      call add_result(contact%results(t), bands((t - 1)/contact%n_across + 1))
     end do
-    if (allocated(contact%friction)) contact%friction%energy = contact%friction%energy + slip_work
-    if (allocated(contact%damping)) contact%damping%energy = contact%damping%energy + damped
-  end subroutine sum_up
+    if (contact%rows%is_shared) then
+      idle = 0.0_wp
+      call exchange_results(contact%ranks, contact%owners(::contact%n_across), idle, bands, &
+                            contact%traffic)
+    end if
+    do b = 1, size(bands)
+      call add_result(bands(b), total)
+    end do
+    energy = total%energy
+    max_penetration = total%depth
+    tool%force = tool%force + total%reaction
+    contact%passed = contact%passed + total%passed
+    call add_counts(total%counts, contact%statistics)
+    contact%statistics%n_touching = total%counts%n_touching
+    contact%statistics%n_calls = contact%statistics%n_calls + 1
+    contact%statistics%n_points = contact%statistics%n_points + contact%secondary%n_points
+    if (allocated(contact%friction)) &
+      contact%friction%energy = contact%friction%energy + total%slip_work
+    if (allocated(contact%damping)) contact%damping%energy = contact%damping%energy + total%damped
+  end subroutine sum_contact
 
   !> Test the points of a tile that may have come within reach; their forces on control points.
-  subroutine work_tile(contact, tool, dt, largest, index)
+  subroutine work_tile(contact, tool, dt, index)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: dt
-    real(wp), intent(in) :: largest   !! motion of any control point since the last call [length]
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t) :: result
     type(due_points_t) :: due
 
-    result%travel = largest
-    result%longest = max(2*largest, shallow*contact%options%max_depth)
+    result%longest = max(2*contact%tiles(index)%step, shallow*contact%options%max_depth)
     if (.not. contact%motion%is_started) then
       result%longest = merge(0.0_wp, huge(1.0_wp), contact%options%is_late)
     end if
@@ -349,7 +396,8 @@ contains
       call find_depths(contact, tile, tool, due, result)
       call press_due(contact, tile, dt, due, result)
       result%counts%n_tested = due%n
-      if (result%counts%n_touching > 0) then
+      contact%is_touching(index) = result%counts%n_touching > 0
+      if (contact%is_touching(index)) then
         associate (forces => contact%tile_force(:, :, :, index))
           call gather_forces(contact%secondary, contact%force, tile%first, tile%last, &
                              size(forces, 1), size(forces, 3), forces)
@@ -745,56 +793,5 @@ contains
       where (contact%secondary%area <= 0.0_wp) contact%test_at = huge(1.0_wp)
     end if
   end subroutine schedule_tests
-
-  !> Give the points the areas that an outline leaves them, and springs in proportion. A point
-  !! without area touches nothing any more.
-  subroutine trim_contact(contact, area, lost, mass, dt)
-    type(contact_t), intent(inout) :: contact
-    real(wp), intent(in) :: area(contact%secondary%n_points)      !! see `areas_inside`
-    real(wp), intent(out) :: lost                 !! energy of springs that are gone [energy]
-    !> Of the control points afterwards and the largest step to come: no spring is stiffer than one
-    !! made for them.
-    real(wp), intent(in), optional :: mass(contact%secondary%n_net(1), contact%secondary%n_net(2))
-    real(wp), intent(in), optional :: dt          !! [time]
-    real(wp) :: ratio(size(area)), most(size(area))
-    integer :: i
-
-    associate (before => contact%secondary%area)
-      if (.not. allocated(contact%secondary%whole_area)) contact%secondary%whole_area = before
-      ratio = area/max(before, tiny(1.0_wp))
-      before = area
-    end associate
-    if (present(mass) .and. present(dt)) then
-      call stiffness_from_mass(contact%secondary, mass, contact%scale, dt, most)
-      where (contact%stiffness > 0.0_wp) ratio = min(ratio, most/contact%stiffness)
-    end if
-    lost = 0.0_wp
-    do i = 1, size(area)
-      if (contact%stiffness(i) > 0.0_wp) &
-        lost = lost + 0.5_wp*(1.0_wp - min(ratio(i), 1.0_wp))*sum(contact%force(i, :)**2) &
-                      /contact%stiffness(i)
-    end do
-    contact%stiffness = contact%stiffness*min(ratio, 1.0_wp)
-    do i = 1, 3
-      contact%force(:, i) = contact%force(:, i)*min(ratio, 1.0_wp)
-    end do
-    if (allocated(contact%damping)) then
-      contact%damping%constant = contact%damping%constant*min(ratio, 1.0_wp)
-    end if
-    where (area <= 0.0_wp)
-      contact%test_at = huge(1.0_wp)
-      contact%face = 0
-      contact%start = no_contact
-    end where
-    if (allocated(contact%friction)) then
-      do i = 1, 3
-        where (area <= 0.0_wp) contact%friction%stretch(i, :) = 0.0_wp
-      end do
-    end if
-    do i = 1, size(contact%tiles)
-      contact%tiles(i)%test_at = earliest_test(contact%tiles(i), contact%secondary%n_along, &
-                                               contact%test_at)
-    end do
-  end subroutine trim_contact
 
 end module contact

@@ -1,27 +1,140 @@
 !> A contact among processes: each knows the points of the tiles that it works, until somebody must
 !! look at all of them.
 module contact_sharing
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use ranks, only: ranks_t
-  use contact, only: contact_t
+  use parcel, only: parcel_t, pack_values, unpack_values
+  use row_shares, only: row_shares_t, know_all_rows, gather_rows
+  use contact_tiles, only: tile_t
+  use contact, only: contact_t, is_worked_here
   use tile_results, only: gather_points
   implicit none
   private
 
-  public :: share_contact, join_contact
+  public :: share_contact, join_contact, last_rows, send_touching, receive_touching, &
+            add_row_costs
 
   integer, parameter :: n_values = 16    ! of a point that pass
 
 contains
 
-  !> Several processes work the tiles from here on.
-  subroutine share_contact(contact, ranks)
+  !> Several processes work the tiles from here on. Where each moves but some of the rows of control
+  !! points, it works the bands of tiles whose first row is one of its own. Else tiles are dealt out
+  !! by their diagonals, for those that touch lie side by side along or across a face.
+  subroutine share_contact(contact, ranks, rows)
     type(contact_t), intent(inout) :: contact
     class(ranks_t), intent(in) :: ranks
+    type(row_shares_t), intent(in), optional :: rows   !! absent: each knows all
+    integer :: owners(size(contact%tiles)), t
 
     if (.not. allocated(contact%ranks)) allocate (contact%ranks, source=ranks)
     contact%is_shared = ranks%n > 1
+    call know_all_rows(contact%rows)
+    if (present(rows)) contact%rows = rows
+    if (contact%rows%is_shared) then
+      owners = [(owner_of_row(rows%last_of, contact%tiles(t)%net_first(2)), &
+                 t=1, size(contact%tiles))]
+    else
+      owners = mod(contact%tiles%diagonal, ranks%n)
+    end if
+    if (allocated(contact%owners)) then
+      if (all(contact%owners == owners)) return
+    end if
+    contact%owners = owners
+    contact%ticks = spread(0_int64, 1, size(owners))
   end subroutine share_contact
+
+  !> Number of the process that a row belongs to.
+  pure integer function owner_of_row(last_of, row) result(owner)
+    integer, intent(in) :: last_of(:)            !! last own row of each process
+    integer, intent(in) :: row
+
+    owner = count(last_of < row)
+  end function owner_of_row
+
+  !> Last row of control points that the contact points of each process reach to, given its last
+  !! own row; 0 where it works none.
+  pure function last_rows(contact, last_of) result(last)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: last_of(:)
+    integer :: last(size(last_of)), t
+
+    last = 0
+    do t = 1, size(contact%tiles)
+      associate (here => last(owner_of_row(last_of, contact%tiles(t)%net_first(2)) + 1))
+        here = max(here, contact%tiles(t)%net_last(2))
+      end associate
+    end do
+  end function last_rows
+
+  !> Add the time that tiles took here to the rows of control points with which they begin.
+  pure subroutine add_row_costs(contact, costs)
+    type(contact_t), intent(in) :: contact
+    real(wp), intent(inout) :: costs(:)          !! of the rows [clock ticks]
+    integer :: t
+
+    if (.not. allocated(contact%ticks)) return
+    do t = 1, size(contact%tiles)
+      associate (cost => costs(contact%tiles(t)%net_first(2)))
+        cost = cost + real(contact%ticks(t), wp)
+      end associate
+    end do
+  end subroutine add_row_costs
+
+  !> Where processes move but some of the rows: what a partner has to know of the tiles here.
+  subroutine send_touching(contact, partner, parcel)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: partner               !! number of the process
+    type(parcel_t), intent(inout) :: parcel
+    integer :: rows(2), t, j
+
+    rows = contact%rows%moved_by(:, partner + 1)
+    do t = 1, size(contact%tiles)
+      associate (tile => contact%tiles(t))
+        if (.not. (is_worked_here(contact, t) .and. reaches(tile, rows))) cycle
+        call pack_values(parcel, [merge(1.0_wp, 0.0_wp, contact%is_touching(t))])
+        if (.not. contact%is_touching(t)) cycle
+        do j = max(tile%net_first(2), rows(1)), min(tile%net_last(2), rows(2))
+          call pack_values(parcel, reshape( &
+            contact%tile_force(:, :, j - tile%net_first(2) + 1, t), &
+            [size(contact%tile_force, 1)*size(contact%tile_force, 2)]))
+        end do
+      end associate
+    end do
+  end subroutine send_touching
+
+  !> What a partner has sent so.
+  subroutine receive_touching(contact, partner, parcel)
+    type(contact_t), intent(inout) :: contact
+    integer, intent(in) :: partner
+    type(parcel_t), intent(inout) :: parcel
+    real(wp) :: is_touching(1), force(size(contact%tile_force, 1)*size(contact%tile_force, 2))
+    integer :: rows(2), t, j
+
+    rows = [contact%rows%first, contact%rows%last]
+    do t = 1, size(contact%tiles)
+      associate (tile => contact%tiles(t))
+        if (.not. (contact%owners(t) == partner .and. reaches(tile, rows))) cycle
+        call unpack_values(parcel, is_touching)
+        contact%is_touching(t) = is_touching(1) > 0.5_wp
+        if (.not. contact%is_touching(t)) cycle
+        do j = max(tile%net_first(2), rows(1)), min(tile%net_last(2), rows(2))
+          call unpack_values(parcel, force)
+          contact%tile_force(:, :, j - tile%net_first(2) + 1, t) = &
+            reshape(force, shape(contact%tile_force(:, :, 1, t)))
+        end do
+      end associate
+    end do
+  end subroutine receive_touching
+
+  !> Does a tile touch some of the rows?
+  pure logical function reaches(tile, rows)
+    type(tile_t), intent(in) :: tile
+    integer, intent(in) :: rows(2)               !! first and last
+
+    reaches = tile%net_first(2) <= rows(2) .and. tile%net_last(2) >= rows(1)
+  end function reaches
 
   !> What the next call must know of all points, at all processes. The tiles stay shared.
   subroutine join_contact(contact)
@@ -39,7 +152,8 @@ contains
     if (allocated(contact%friction)) values(10:12, :) = contact%friction%stretch
     if (allocated(contact%damping)) values(13:15, :) = contact%damping%force
     if (allocated(contact%room)) values(16, :) = contact%room
-    call gather_points(contact%ranks, contact%tiles, contact%secondary%n_along(1), values)
+    call gather_points(contact%ranks, contact%tiles, contact%owners, &
+                       contact%secondary%n_along(1), values)
     contact%face = nint(values(1, :))
     contact%at = values(2:3, :)
     contact%test_at = values(4, :)
@@ -49,6 +163,24 @@ contains
     if (allocated(contact%friction)) contact%friction%stretch = values(10:12, :)
     if (allocated(contact%damping)) contact%damping%force = values(13:15, :)
     if (allocated(contact%room)) contact%room = values(16, :)
+    if (contact%rows%is_shared) call join_tiles(contact)
   end subroutine join_contact
+
+  !> Where processes move but some of the rows: how far all tiles have come, and the control points.
+  subroutine join_tiles(contact)
+    type(contact_t), intent(inout) :: contact
+    real(wp) :: own(2, size(contact%tiles)), joined(2*size(contact%tiles))
+    integer :: counts(contact%ranks%n), r
+
+    associate (mine => contact%owners == contact%ranks%number, n => contact%secondary%n_net)
+      own(1, :count(mine)) = pack(contact%tiles%travel, mine)
+      own(2, :count(mine)) = pack(contact%tiles%test_at, mine)
+      counts = [(2*count(contact%owners == r), r=0, contact%ranks%n - 1)]
+      call contact%ranks%gather(counts, reshape(own, [size(own)]), joined, .true.)
+      contact%tiles%travel = joined(1::2)
+      contact%tiles%test_at = joined(2::2)
+      call gather_rows(contact%rows, [n, 3], contact%motion%now)
+    end associate
+  end subroutine join_tiles
 
 end module contact_sharing

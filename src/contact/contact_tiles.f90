@@ -19,7 +19,6 @@ module contact_tiles
     real(wp), allocatable :: now(:, :, :)      !! control points, shape (n1, n2, 3) [length]
     real(wp), allocatable :: before(:, :, :)   !! [length]
     real(wp), allocatable :: squares(:, :)     !! of their motions against the tool [length^2]
-    real(wp), allocatable :: highest(:)        !! largest of these of each row [length^2]
   end type face_motion_t
 
   !> Most points of a tile along each direction: few, so that idle ones are skipped, and as many
@@ -34,7 +33,8 @@ module contact_tiles
     integer :: first(2) = 0, last(2) = 0
     integer :: net_first(2) = 0, net_last(2) = 0   !! control points that move them
     integer :: diagonal = 0            !! sum of its places along both directions
-    real(wp) :: travel = 0.0_wp        !! bound of their motion against the tool so far [length]
+    real(wp) :: step = 0.0_wp          !! bound of their motion against the tool in the last step
+    real(wp) :: travel = 0.0_wp        !! the same so far [length]
     real(wp) :: test_at = 0.0_wp       !! travel at which one of them must be tested again [length]
   end type tile_t
 
@@ -46,7 +46,7 @@ contains
     integer, intent(in) :: n(2)    !! control points
 
     allocate (motion%now(n(1), n(2), 3), motion%before(n(1), n(2), 3), source=0.0_wp)
-    allocate (motion%squares(n(1), n(2)), motion%highest(n(2)), source=0.0_wp)
+    allocate (motion%squares(n(1), n(2)), source=0.0_wp)
   end subroutine new_face_motion
 
   !> What was now is before; the first state knows no motion. `carry_rows` brings the new one.
@@ -69,16 +69,16 @@ contains
 
   !> Take the control points; the threads of a region divide their rows. Little is stored, as each
   !! store waits for memory that the elements have pushed out of the nearest cache.
-  subroutine carry_rows(motion, x)
+  subroutine carry_rows(motion, rows, x)
     type(face_motion_t), intent(inout) :: motion
+    integer, intent(in) :: rows(2)            !! first and last that are known
     real(wp), intent(in) :: x(:, :, :)        !! control points now [length]
     integer :: j
 
     !$omp do schedule(static)
-    do j = 1, size(motion%highest)
+    do j = max(1, rows(1)), min(size(x, 2), rows(2))
       call carry_row(size(motion%squares, 1), motion%moved, x(:, j, :), motion%before(:, j, :), &
                      motion%now(:, j, :), motion%squares(:, j))
-      motion%highest(j) = maxval(motion%squares(:, j))
     end do
     !$omp end do
   end subroutine carry_rows
@@ -137,22 +137,25 @@ contains
   end function is_worth_threads
 
   !> Take the control points of the present, and let the travel of each tile grow by their largest
-  !! motion; `largest` returns that of all. The threads of a region divide the rows of control
-  !! points, then the tiles; each reads little of what another has written.
-  subroutine carry_tiles(tiles, motion, x, is_due, largest)
+  !! motion. The threads of a region divide the rows of control points, then the tiles; each reads
+  !! little of what another has written.
+  subroutine carry_tiles(tiles, motion, rows, x, is_due)
     type(tile_t), intent(inout) :: tiles(:)
     type(face_motion_t), intent(inout) :: motion   !! that has taken its turn
+    integer, intent(in) :: rows(2)                 !! first and last that are known, and no tile
+                                                   !! with others is due
     real(wp), intent(in) :: x(:, :, :)             !! control points now [length]
     logical, intent(inout) :: is_due(size(tiles))  !! set: must a point be tested now?
-    real(wp), intent(out) :: largest               !! to each thread [length]
     real(wp) :: most(size(motion%squares, 1)), square
     integer :: i, j, t, band
 
-    call carry_rows(motion, x)
+    call carry_rows(motion, rows, x)
     band = 0
     !$omp do schedule(static)
     do t = 1, size(tiles)
       associate (tile => tiles(t), low => tiles(t)%net_first, high => tiles(t)%net_last)
+        is_due(t) = low(2) >= rows(1) .and. high(2) <= rows(2)
+        if (.not. is_due(t)) cycle
         ! Tiles of a band across have one maximum along it.
         if (tile%first(2) /= band) then
           most = motion%squares(:, low(2))
@@ -165,12 +168,12 @@ contains
         do i = low(1), high(1)
           square = max(square, most(i))
         end do
-        tile%travel = tile%travel + sqrt(square)
+        tile%step = sqrt(square)
+        tile%travel = tile%travel + tile%step
         is_due(t) = tile%travel >= tile%test_at
       end associate
     end do
     !$omp end do
-    largest = sqrt(maxval(motion%highest))
   end subroutine carry_tiles
 
   !> Positions of rows of points of a tile.

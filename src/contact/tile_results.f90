@@ -1,6 +1,5 @@
 !> What a tile of contact points found, and how processes that each work some of the tiles exchange
-!! it. Tiles are dealt out by their diagonals, for those that touch lie side by side along or
-!! across a face.
+!! it.
 module tile_results
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -10,7 +9,7 @@ module tile_results
   private
 
   public :: contact_statistics_t, tile_result_t, count_iterations
-  public :: is_worked_here, exchange_results, exchange_forces, gather_points
+  public :: add_result, add_counts, exchange_results, exchange_forces, gather_points
 
   !> Counts over all calls; `n_touching` of the last call.
   type :: contact_statistics_t
@@ -26,9 +25,8 @@ module tile_results
     integer :: first_failed = 0          !! point that was the first to fail, 0: none
   end type contact_statistics_t
 
-  !> How far things move in a step at most, and what one tile adds to the whole.
+  !> How far points move in a step at most, and what one tile adds to the whole.
   type :: tile_result_t
-    real(wp) :: travel = 0.0_wp    !! points against the tool [length]
     real(wp) :: longest = 0.0_wp   !! along a normal, amply [length]
     real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
     real(wp) :: slip_work = 0.0_wp, damped = 0.0_wp, passed = 0.0_wp   !! energies lost
@@ -48,34 +46,47 @@ contains
     counts%max_iterations = max(counts%max_iterations, n_iterations)
   end subroutine count_iterations
 
-  !> Does this process work a tile?
-  pure logical function is_worked_here(ranks, tile)
-    class(ranks_t), intent(in) :: ranks
-    type(tile_t), intent(in) :: tile
+  !> Add what a tile, or a band of them, has found.
+  pure subroutine add_result(part, total)
+    type(tile_result_t), intent(in) :: part
+    type(tile_result_t), intent(inout) :: total
 
-    is_worked_here = owner_of(ranks, tile) == ranks%number
-  end function is_worked_here
+    total%energy = total%energy + part%energy
+    total%depth = max(total%depth, part%depth)
+    total%reaction = total%reaction + part%reaction
+    total%slip_work = total%slip_work + part%slip_work
+    total%damped = total%damped + part%damped
+    total%passed = total%passed + part%passed
+    total%counts%n_touching = total%counts%n_touching + part%counts%n_touching
+    call add_counts(part%counts, total%counts)
+  end subroutine add_result
 
-  !> Number of the process that works a tile.
-  pure integer function owner_of(ranks, tile) result(owner)
-    class(ranks_t), intent(in) :: ranks
-    type(tile_t), intent(in) :: tile
+  !> Add the counts of searches.
+  pure subroutine add_counts(part, total)
+    type(contact_statistics_t), intent(in) :: part
+    type(contact_statistics_t), intent(inout) :: total
 
-    owner = mod(tile%diagonal, ranks%n)
-  end function owner_of
+    total%n_tested = total%n_tested + part%n_tested
+    total%n_iterations = total%n_iterations + part%n_iterations
+    total%n_fallbacks = total%n_fallbacks + part%n_fallbacks
+    total%n_searches = total%n_searches + part%n_searches
+    total%n_failures = total%n_failures + part%n_failures
+    if (total%first_failed == 0) total%first_failed = part%first_failed
+    total%max_iterations = max(total%max_iterations, part%max_iterations)
+  end subroutine add_counts
 
   !> How many numbers come from each process, and where those of each tile begin among all, less
   !! one.
-  pure subroutine find_places(ranks, tiles, sizes, counts, places)
+  pure subroutine find_places(ranks, owners, sizes, counts, places)
     class(ranks_t), intent(in) :: ranks
-    type(tile_t), intent(in) :: tiles(:)
+    integer, intent(in) :: owners(:)           !! of the tiles
     integer, intent(in) :: sizes(:)            !! numbers of each of them
     integer, intent(out) :: counts(:), places(:)
     integer :: at(ranks%n), i
 
     counts = 0
-    do i = 1, size(tiles)
-      associate (n => counts(owner_of(ranks, tiles(i)) + 1))
+    do i = 1, size(owners)
+      associate (n => counts(owners(i) + 1))
         n = n + sizes(i)
       end associate
     end do
@@ -83,36 +94,36 @@ contains
     do i = 2, ranks%n
       at(i) = at(i - 1) + counts(i - 1)
     end do
-    do i = 1, size(tiles)
-      associate (next => at(owner_of(ranks, tiles(i)) + 1))
+    do i = 1, size(owners)
+      associate (next => at(owners(i) + 1))
         places(i) = next
         next = next + sizes(i)
       end associate
     end do
   end subroutine find_places
 
-  !> Results of the tiles that were due, and when they must be tested again, at all processes.
-  subroutine exchange_results(ranks, due, tiles, results, traffic)
+  !> Results of tiles, and when they must be tested again, at all processes.
+  subroutine exchange_results(ranks, owners, test_at, results, traffic)
     class(ranks_t), intent(in) :: ranks
-    integer, intent(in) :: due(:)                        !! tiles
-    type(tile_t), intent(inout) :: tiles(:)
-    type(tile_result_t), intent(inout) :: results(:)     !! of all tiles
+    integer, intent(in) :: owners(:)                     !! processes that have them
+    real(wp), intent(inout) :: test_at(:)                !! travel
+    type(tile_result_t), intent(inout) :: results(:)
     type(traffic_t), intent(inout) :: traffic
-    integer :: places(size(due)), counts(ranks%n), i, n
-    real(wp) :: own(n_numbers*size(due)), joined(n_numbers*size(due))
+    integer :: places(size(owners)), counts(ranks%n), i, n
+    real(wp) :: own(n_numbers*size(owners)), joined(n_numbers*size(owners))
 
-    call find_places(ranks, tiles(due), spread(n_numbers, 1, size(due)), counts, places)
+    call find_places(ranks, owners, spread(n_numbers, 1, size(owners)), counts, places)
     n = 0
-    do i = 1, size(due)
-      if (.not. is_worked_here(ranks, tiles(due(i)))) cycle
-      own(n + 1:n + n_numbers) = [tiles(due(i))%test_at, numbers_of(results(due(i)))]
+    do i = 1, size(owners)
+      if (owners(i) /= ranks%number) cycle
+      own(n + 1:n + n_numbers) = [test_at(i), numbers_of(results(i))]
       n = n + n_numbers
     end do
     call gather_counted(ranks, counts, own, joined, traffic)
-    do i = 1, size(due)
-      if (is_worked_here(ranks, tiles(due(i)))) cycle
-      tiles(due(i))%test_at = joined(places(i) + 1)
-      results(due(i)) = result_of(joined(places(i) + 2:places(i) + n_numbers))
+    do i = 1, size(owners)
+      if (owners(i) == ranks%number) cycle
+      test_at(i) = joined(places(i) + 1)
+      results(i) = result_of(joined(places(i) + 2:places(i) + n_numbers))
     end do
   end subroutine exchange_results
 
@@ -150,36 +161,37 @@ contains
   end function result_of
 
   !> Forces of tiles on their control points, at all processes.
-  subroutine exchange_forces(ranks, touching, tiles, forces, traffic)
+  subroutine exchange_forces(ranks, touching, owners, forces, traffic)
     class(ranks_t), intent(in) :: ranks
     integer, intent(in) :: touching(:)                   !! tiles
-    type(tile_t), intent(in) :: tiles(:)
+    integer, intent(in) :: owners(:)                     !! of all tiles
     real(wp), intent(inout) :: forces(:, :, :, :)        !! of all tiles, the last index
     type(traffic_t), intent(inout) :: traffic
     integer :: places(size(touching)), counts(ranks%n), i, n, m
     real(wp), allocatable :: own(:), joined(:)
 
     m = size(forces)/max(1, size(forces, 4))
-    call find_places(ranks, tiles(touching), spread(m, 1, size(touching)), counts, places)
+    call find_places(ranks, owners(touching), spread(m, 1, size(touching)), counts, places)
     allocate (own(m*size(touching)), joined(m*size(touching)))
     n = 0
     do i = 1, size(touching)
-      if (.not. is_worked_here(ranks, tiles(touching(i)))) cycle
+      if (owners(touching(i)) /= ranks%number) cycle
       own(n + 1:n + m) = reshape(forces(:, :, :, touching(i)), [m])
       n = n + m
     end do
     call gather_counted(ranks, counts, own, joined, traffic)
     do i = 1, size(touching)
-      if (is_worked_here(ranks, tiles(touching(i)))) cycle
+      if (owners(touching(i)) == ranks%number) cycle
       forces(:, :, :, touching(i)) = reshape(joined(places(i) + 1:places(i) + m), &
                                              shape(forces(:, :, :, 1)))
     end do
   end subroutine exchange_forces
 
   !> Values at the points of a face, which the processes have of their tiles, at all processes.
-  subroutine gather_points(ranks, tiles, n_along, values)
+  subroutine gather_points(ranks, tiles, owners, n_along, values)
     class(ranks_t), intent(in) :: ranks
     type(tile_t), intent(in) :: tiles(:)
+    integer, intent(in) :: owners(:)                     !! of the tiles
     integer, intent(in) :: n_along                       !! points of a row of the face
     real(wp), intent(inout) :: values(:, :)              !! shape (values of a point, points)
     integer :: sizes(size(tiles)), places(size(tiles)), counts(ranks%n), t, row, n, m
@@ -189,11 +201,11 @@ contains
     do t = 1, size(tiles)
       sizes(t) = m*product(tiles(t)%last - tiles(t)%first + 1)
     end do
-    call find_places(ranks, tiles, sizes, counts, places)
+    call find_places(ranks, owners, sizes, counts, places)
     allocate (own(size(values)), joined(size(values)))
     n = 0
     do t = 1, size(tiles)
-      if (.not. is_worked_here(ranks, tiles(t))) cycle
+      if (owners(t) /= ranks%number) cycle
       do row = tiles(t)%first(2), tiles(t)%last(2)
         associate (low => (row - 1)*n_along + tiles(t)%first(1), &
                    high => (row - 1)*n_along + tiles(t)%last(1))

@@ -9,6 +9,8 @@ module element
   use text, only: string_t, to_text, append_text, counted
   use state_store, only: state_store_t, carry_field
   use ranks, only: ranks_t, traffic_t
+  use parcel, only: parcel_t
+  use row_shares, only: row_shares_t
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t, solid_face, evaluate_solid
   use nurbs_surface, only: nurbs_surface_t
@@ -29,6 +31,7 @@ module element
     real(wp), allocatable :: v(:, :, :, :)               !! velocity at its middle
     real(wp), allocatable :: internal_force(:, :, :, :)
     real(wp), allocatable :: external_force(:, :, :, :)  !! contact and loads
+    type(row_shares_t) :: rows                           !! that are moved here
   end type motion_t
 
   !> What one force evaluation reports beside the forces.
@@ -109,10 +112,14 @@ module element
     procedure :: bending_copy => copy_of_element
     procedure :: take_moduli => keep_moduli
     procedure :: tile_loads => no_tiles
-    procedure :: tile_costs => no_tiles
+    procedure :: tile_costs => no_costs
     procedure :: share_tiles => keep_tiles
     procedure :: work_all => keep_all
     procedure :: work_own => keep_all
+    procedure :: rows_of_processes => all_rows
+    procedure :: send_tiles => send_nothing
+    procedure :: receive_tiles => receive_nothing
+    procedure :: finish_forces => forces_are_there
     procedure :: is_here => is_known
     procedure :: add_traffic => no_traffic
     procedure :: begin_step => keep_time
@@ -614,14 +621,23 @@ contains
     class(block_law_t), intent(in) :: law
   end subroutine keep_moduli
 
-  !> Elements of each tile, which processes can share, or the time that it has taken here since it
-  !! was shared; none: each of them works all, or it is not known.
+  !> Elements of each tile, which processes can share; none: each of them works all.
   pure function no_tiles(self) result(loads)
     class(element_t), intent(in) :: self
     real(wp), allocatable :: loads(:)
 
     allocate (loads(0))
   end function no_tiles
+
+  !> Time that each tile has taken here since it was shared, with that of other work that goes with
+  !! the rows of control points that it is the first to touch; none: it is not known.
+  pure function no_costs(self, row_costs) result(costs)
+    class(element_t), intent(in) :: self
+    real(wp), intent(in) :: row_costs(:)           !! of the first rows; of the rest none
+    real(wp), allocatable :: costs(:)
+
+    allocate (costs(0))
+  end function no_costs
 
   !> Does this process hold the state of an element?
   pure logical function is_known(self, element)
@@ -649,6 +665,35 @@ contains
   subroutine keep_all(self)
     class(element_t), intent(inout) :: self
   end subroutine keep_all
+
+  !> Rows of control points, along axis 2, where processes may move but some of them: the last own
+  !! one of each process, and first and last row that its tiles touch, (2, processes). Not
+  !! allocated: each moves all.
+  subroutine all_rows(self, last_of, moved_by)
+    class(element_t), intent(in) :: self
+    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :)
+  end subroutine all_rows
+
+  !> Where processes move but some of the rows, `forces` leaves those of the tiles as they are until
+  !! `finish_forces`. What a partner has to know of the own tiles in between, where there is any.
+  subroutine send_nothing(self, partner, parcel)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: partner              !! number of the process
+    type(parcel_t), intent(inout) :: parcel     !! put behind what is in it
+  end subroutine send_nothing
+
+  !> What a partner has sent so.
+  subroutine receive_nothing(self, partner, parcel)
+    class(element_t), intent(inout) :: self
+    integer, intent(in) :: partner
+    type(parcel_t), intent(inout) :: parcel
+  end subroutine receive_nothing
+
+  !> The forces of all tiles are there: add them up, and report. Elsewhere that has been done.
+  subroutine forces_are_there(self, report)
+    class(element_t), intent(inout) :: self
+    type(force_report_t), intent(inout) :: report
+  end subroutine forces_are_there
 
   !> A step of the deck begins.
   pure subroutine keep_time(self, step, time)

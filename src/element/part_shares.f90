@@ -18,11 +18,13 @@ contains
   !! in the time that tiles took before, or else in elements. So all have work at each part, after
   !! which they wait for each other. Where points are not known everywhere, each goes on with what
   !! it has. A law that must run on one thread stays with the first process.
-  subroutine share_parts(parts, is_serial, ranks, may_move)
+  subroutine share_parts(parts, is_serial, ranks, may_move, row_costs)
     type(part_t), intent(inout) :: parts(:)
     logical, intent(in) :: is_serial             !! the law
     class(ranks_t), intent(in) :: ranks
     logical, intent(in) :: may_move              !! all processes know all points
+    !> Time that other work took here, that goes with the rows of the first part [clock ticks].
+    real(wp), intent(in) :: row_costs(:)
     real(wp), allocatable :: loads(:), costs(:)
     integer :: last(ranks%n), p
 
@@ -33,7 +35,7 @@ contains
       end if
       loads = parts(p)%element%tile_loads()
       if (size(loads) == 0) cycle
-      costs = parts(p)%element%tile_costs()
+      costs = parts(p)%element%tile_costs(row_costs(:merge(size(row_costs), 0, p == 1)))
       if (size(costs) == size(loads)) call take_measured(ranks, costs, loads)
       last = even_shares(loads, ranks%n)
       if (is_serial) last = size(loads)

@@ -3,9 +3,12 @@ module mpi_ranks
   use mpi_f08, only: mpi_init_thread, mpi_finalize, mpi_abort, mpi_comm_rank, mpi_comm_size, &
                      mpi_allgatherv, mpi_gatherv, mpi_bcast, mpi_allreduce, mpi_barrier, &
                      mpi_get_processor_name, mpi_comm_world, mpi_double_precision, mpi_integer, &
-                     mpi_character, mpi_max, mpi_thread_funneled, mpi_max_processor_name
+                     mpi_character, mpi_max, mpi_thread_funneled, mpi_max_processor_name, &
+                     mpi_isend, mpi_recv, mpi_probe, mpi_get_count, mpi_waitall, mpi_request, &
+                     mpi_status, mpi_status_ignore, mpi_statuses_ignore
   use kinds, only: wp
   use ranks, only: ranks_t
+  use parcel, only: parcel_t, empty_parcel
   implicit none
   private
 
@@ -15,6 +18,7 @@ module mpi_ranks
   type, extends(ranks_t), public :: mpi_ranks_t
   contains
     procedure :: gather
+    procedure :: pass
     procedure :: share
     procedure :: share_text
     procedure :: largest
@@ -63,6 +67,30 @@ contains
       end if
     end associate
   end subroutine gather
+
+  subroutine pass(self, partners, sent, received)
+    class(mpi_ranks_t), intent(in) :: self
+    integer, intent(in) :: partners(:)
+    type(parcel_t), intent(in), asynchronous :: sent(:)
+    type(parcel_t), intent(inout) :: received(:)
+    type(mpi_request) :: requests(size(partners))
+    type(mpi_status) :: status
+    integer :: i, n
+
+    do i = 1, size(partners)
+      call mpi_isend(sent(i)%values, sent(i)%n, mpi_double_precision, partners(i), 0, &
+                     mpi_comm_world, requests(i))
+    end do
+    do i = 1, size(partners)
+      call mpi_probe(partners(i), 0, mpi_comm_world, status)
+      call mpi_get_count(status, mpi_double_precision, n)
+      call empty_parcel(received(i), n)
+      call mpi_recv(received(i)%values, n, mpi_double_precision, partners(i), 0, mpi_comm_world, &
+                    mpi_status_ignore)
+      received(i)%n = n
+    end do
+    call mpi_waitall(size(partners), requests, mpi_statuses_ignore)
+  end subroutine pass
 
   subroutine share(self, values, from)
     class(mpi_ranks_t), intent(in) :: self

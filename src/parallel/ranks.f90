@@ -11,15 +11,16 @@ module ranks
   use kinds, only: wp
   use failure, only: error_t
   use timer, only: clock_ticks
+  use parcel, only: parcel_t
   implicit none
   private
 
-  public :: share_error, is_first, first_says, gather_counted, sum_traffic
+  public :: share_error, is_first, first_says, gather_counted, pass_counted, sum_traffic
 
   !> What an exchange has cost so far.
   type, public :: traffic_t
     integer(int64) :: n_calls = 0
-    integer(int64) :: n_values = 0     !! of all processes together
+    integer(int64) :: n_values = 0     !! that have come here
     integer(int64) :: ticks = 0        !! of the clock, waiting for the others included
   end type traffic_t
 
@@ -29,6 +30,7 @@ module ranks
     integer :: n = 1            !! of all
   contains
     procedure :: gather => gather_alone
+    procedure :: pass => pass_alone
     procedure :: share => share_alone
     procedure :: share_text => share_text_alone
     procedure :: largest => largest_alone
@@ -99,9 +101,24 @@ contains
     start = clock_ticks()
     call ranks%gather(counts, own, joined, .true.)
     traffic%ticks = traffic%ticks + clock_ticks() - start
-    traffic%n_values = traffic%n_values + sum(int(counts, int64))
+    traffic%n_values = traffic%n_values + sum(int(counts, int64)) - counts(ranks%number + 1)
     traffic%n_calls = traffic%n_calls + 1
   end subroutine gather_counted
+
+  !> Pass parcels, and count what that costs.
+  subroutine pass_counted(ranks, partners, sent, received, traffic)
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: partners(:)
+    type(parcel_t), intent(in), asynchronous :: sent(:)
+    type(parcel_t), intent(inout) :: received(:)
+    type(traffic_t), intent(inout) :: traffic
+    integer(int64) :: start
+
+    start = clock_ticks()
+    call ranks%pass(partners, sent, received)
+    traffic%ticks = traffic%ticks + clock_ticks() - start
+    traffic%n_values = traffic%n_values + sum(int(received(:size(partners))%n, int64))
+  end subroutine pass_counted
 
   !> The values of all processes, one after the other in the order of their numbers; at the first
   !! one alone, or at all.
@@ -114,6 +131,14 @@ contains
 
     joined(:counts(1)) = own(:counts(1))
   end subroutine gather_alone
+
+  !> Send a parcel to each partner, and receive one from each. Partners are so mutually.
+  subroutine pass_alone(self, partners, sent, received)
+    class(ranks_t), intent(in) :: self
+    integer, intent(in) :: partners(:)                 !! numbers of other processes
+    type(parcel_t), intent(in), asynchronous :: sent(:)   !! to each of them
+    type(parcel_t), intent(inout) :: received(:)       !! likewise; nothing is taken of them yet
+  end subroutine pass_alone
 
   !> The values of one process to all others.
   subroutine share_alone(self, values, from)

@@ -2,6 +2,8 @@
 module blank
   use kinds, only: wp
   use failure, only: error_t
+  use parcel, only: parcel_t
+  use ranks, only: traffic_t
   use nurbs_solid, only: nurbs_solid_t
   use scene, only: patch_spec_t
   use patch_seams, only: seams_t, no_seams, find_seams, column_mask_t, whole_columns
@@ -30,6 +32,9 @@ module blank
     real(wp) :: mass_factor = 1.0_wp        !! by which scaling has raised all masses
     real(wp) :: added_mass = 0.0_wp         !! by all scaling
     type(force_report_t) :: report          !! of the last force evaluation
+    !> What passes between processes that move but some of the rows of control points.
+    type(parcel_t), allocatable :: sent(:), received(:)
+    type(traffic_t) :: traffic
   end type blank_t
 
   !> What effects act on.

@@ -6,6 +6,7 @@ module boundary
   use motion_curve, only: curve_value, curve_integral, start_curve
   use knot_vector, only: span_table
   use element, only: element_t, part_t
+  use row_shares, only: gather_row_values
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
   use row_tie, only: row_tie_t, leave_cut_groups
@@ -33,6 +34,7 @@ module boundary
     procedure :: carry => carry_boundary
     procedure :: start
     procedure :: stop
+    procedure :: is_by_rows
   end type boundary_t
 
 contains
@@ -219,32 +221,69 @@ contains
     end do
   end subroutine take_reactions
 
+  pure logical function is_by_rows(self)
+    class(boundary_t), intent(in) :: self
+
+    is_by_rows = .true.
+  end function is_by_rows
+
   !> Replace the velocities and record the total reaction and its work.
   subroutine apply(self, bodies, instant)
     class(boundary_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp) :: velocity, total
+    real(wp), allocatable :: lacks(:)
     integer :: p, n
 
     if (self%is_catching) call count_catch(self, bodies, instant)
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
-    total = 0.0_wp
+    lacks = no_values(self, bodies%blank%parts)
     p = 1
     do while (p <= size(self%points, 2))
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
                  c => self%component, body => bodies%blank%parts(self%part(p))%element)
         n = row_length(self, p, size(body%mass, 1))
-        call hold_row(n, velocity, body%mass(i, j, k), body%motion%v(i, j, k, c), total)
+        if (j >= body%motion%rows%first .and. j <= body%motion%rows%last) &
+          call hold_row(n, velocity, body%mass(i, j, k), body%motion%v(i, j, k, c), lacks(j))
       end associate
       p = p + n
     end do
-    total = total/instant%dt_mean
+    total = sum_of_rows(bodies%blank%parts, lacks)/instant%dt_mean
     self%external_work = self%external_work &
                          + 0.5_wp*(self%force(self%component) + total)*self%moved
     self%force(self%component) = total
     self%moved = velocity*instant%dt
   end subroutine apply
+
+  !> A zero for each row of control points along axis 2 that points lie in, of all patches together.
+  pure function no_values(self, parts) result(values)
+    class(boundary_t), intent(in) :: self
+    type(part_t), intent(in) :: parts(:)
+    real(wp), allocatable :: values(:)
+    integer :: n
+
+    n = 0
+    if (size(self%points, 2) > 0) n = maxval(self%points(2, :))
+    if (parts(1)%element%motion%rows%is_shared) n = size(parts(1)%element%mass, 2)
+    allocate (values(n), source=0.0_wp)
+  end function no_values
+
+  !> Sum of numbers of rows, of which processes that move but some of the rows have their own.
+  real(wp) function sum_of_rows(parts, values) result(total)
+    type(part_t), intent(in) :: parts(:)
+    real(wp), intent(inout) :: values(:)
+    real(wp) :: all_values(1, size(values))
+
+    associate (rows => parts(1)%element%motion%rows)
+      if (rows%is_shared) then
+        all_values(1, :) = values
+        call gather_row_values(rows, all_values)
+        values = all_values(1, :)
+      end if
+    end associate
+    total = sum(values)
+  end function sum_of_rows
 
   !> How many points from point `p` of the list on follow each other in the arrays: all to the end
   !! of the row along axis 1, or else this one alone.
@@ -291,21 +330,24 @@ contains
     type(assembly_t), intent(in) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp) :: velocity, before, dt_before
+    real(wp), allocatable :: works(:)
     integer :: p
 
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
     dt_before = previous_increment(instant)
+    works = no_values(self, bodies%blank%parts)
     do p = 1, size(self%points, 2)
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
                  c => self%component, body => bodies%blank%parts(self%part(p))%element)
         associate (motion => body%motion)
           before = motion%v(i, j, k, c) - instant%dt_mean/body%inertia(i, j, k) &
                    *(motion%external_force(i, j, k, c) - motion%internal_force(i, j, k, c))
-          self%external_work = self%external_work + 0.5_wp*before*dt_before/instant%dt_mean &
-                               *body%mass(i, j, k)*(velocity - motion%v(i, j, k, c))
+          works(j) = works(j) + 0.5_wp*before*dt_before/instant%dt_mean &
+                                *body%mass(i, j, k)*(velocity - motion%v(i, j, k, c))
         end associate
       end associate
     end do
+    self%external_work = self%external_work + sum_of_rows(bodies%blank%parts, works)
     self%is_catching = .false.
   end subroutine count_catch
 

@@ -10,16 +10,19 @@ module contact_effect
   use nurbs_solid, only: face_axes
   use secondary_surface, only: secondary_surface_t, scatter_forces, areas_inside
   use tool, only: tool_t, to_tool_frame, torque_of
-  use contact, only: contact_t, apply_contact, carry_contact, schedule_tests, trim_contact
+  use contact, only: contact_t, press_contact, add_touching, sum_contact, carry_contact, &
+                     schedule_tests
+  use contact_trim, only: trim_contact
   use contact_sharing, only: share_contact, join_contact
   use ranks, only: ranks_t
+  use row_shares, only: row_shares_t, know_all_rows
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
   use face_penetration, only: depth_samples_t, deep_point_t, find_deepest, trim_samples
   implicit none
   private
 
   public :: contact_pairs, has_pair, any_load, net_of_pair, trim_pair, trim_surface, face_mass
-  public :: forget_depths, measure_depths, depth_of, share_pairs, join_pairs
+  public :: forget_depths, measure_depths, depth_of, share_pairs, join_pairs, finish_pair
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
@@ -53,6 +56,7 @@ module contact_effect
     procedure :: carry => carry_contact_effect
     procedure :: stop
     procedure :: tally => tally_contact
+    procedure :: is_by_rows
   end type contact_effect_t
 
   !> A contact pair where it lies in a list of effects.
@@ -179,20 +183,22 @@ contains
 
   !> Several processes work the points of all pairs among effects from here on; without them each
   !! works all. Wear needs the points in each increment.
-  subroutine share_pairs(effects, ranks)
+  subroutine share_pairs(effects, ranks, rows)
     type(effect_slot_t), intent(inout), target :: effects(:)
     class(ranks_t), intent(in), optional :: ranks
+    type(row_shares_t), intent(in), optional :: rows   !! of control points; absent: each moves all
     type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     pairs = contact_pairs(effects)
     do i = 1, size(pairs)
       pairs(i)%pair%pair%is_shared = .false.
+      call know_all_rows(pairs(i)%pair%pair%rows)
       if (.not. present(ranks)) cycle
       if (allocated(pairs(i)%pair%fields)) then
         if (pairs(i)%pair%fields%has_wear) cycle
       end if
-      call share_contact(pairs(i)%pair%pair, ranks)
+      call share_contact(pairs(i)%pair%pair, ranks, rows)
     end do
   end subroutine share_pairs
 
@@ -264,43 +270,67 @@ contains
     class(contact_effect_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
-    real(wp) :: before(3), on_blank(3), couple(3, 3)
+    real(wp) :: couple(3, 3)
 
-    couple = 0.0_wp
     self%pair%is_static = instant%is_static
     if (self%is_awake) call schedule_tests(self%pair)
     associate (tool => bodies%tools(self%tool))
-      before = tool%force
       if (allocated(self%net)) then
         call press_own_face(self, tool, instant%dt, bodies%blank%parts(self%part)%element, couple)
       else
         call press_layer(self, tool, instant%dt, bodies%blank%parts(self%part)%element%motion, &
                          couple)
       end if
-      self%max_penetration = max(self%max_penetration, self%depth)
-      self%has_touched = self%has_touched .or. self%depth > 0.0_wp
-      if (allocated(self%fields)) then
-        if (self%fields%has_wear) call add_wear(self%fields, self%pair, tool)
-      end if
-      on_blank = before - tool%force
-      if (tool%is_turning) then
-        on_blank = matmul(tool%rotation, on_blank)
-        tool%force = before - on_blank
-        tool%torque = tool%torque - torque_of(tool, on_blank, couple)
-      end if
-      ! The tool's own motion does the external work of this pair.
-      self%external_work = self%external_work + 0.5_wp*instant%dt &
-                           *(sum((self%force + on_blank)*tool%velocity) &
-                             + sum((self%couple + couple)*tool%rotation_rate))
+      if (.not. self%pair%rows%is_shared) call sum_pair(self, tool, instant%dt, couple)
     end associate
+  end subroutine apply
+
+  !> What the pair does to the tool, and its work.
+  subroutine sum_pair(self, tool, dt, couple)
+    type(contact_effect_t), intent(inout) :: self
+    type(tool_t), intent(inout) :: tool
+    real(wp), intent(in) :: dt                  !! since the last call [time]
+    real(wp), intent(in) :: couple(3, 3)        !! of a tool that turns, else 0
+    real(wp) :: before(3), on_blank(3)
+
+    before = tool%force
+    call sum_contact(self%pair, tool, self%energy, self%depth)
+    self%max_penetration = max(self%max_penetration, self%depth)
+    self%has_touched = self%has_touched .or. self%depth > 0.0_wp
+    if (allocated(self%fields)) then
+      if (self%fields%has_wear) call add_wear(self%fields, self%pair, tool)
+    end if
+    on_blank = before - tool%force
+    if (tool%is_turning) then
+      on_blank = matmul(tool%rotation, on_blank)
+      tool%force = before - on_blank
+      tool%torque = tool%torque - torque_of(tool, on_blank, couple)
+    end if
+    ! The tool's own motion does the external work of this pair.
+    self%external_work = self%external_work + 0.5_wp*dt &
+                         *(sum((self%force + on_blank)*tool%velocity) &
+                           + sum((self%couple + couple)*tool%rotation_rate))
     self%force = on_blank
     self%couple = couple
-  end subroutine apply
+  end subroutine sum_pair
+
+  !> Where processes move but some of the rows: the forces of all tiles are there.
+  subroutine finish_pair(pair, bodies, dt)
+    type(contact_effect_t), intent(inout) :: pair
+    type(assembly_t), intent(inout) :: bodies
+    real(wp), intent(in) :: dt                  !! since the last call [time]
+    real(wp), parameter :: no_couple(3, 3) = 0.0_wp
+
+    associate (force => bodies%blank%parts(pair%part)%element%motion%external_force)
+      call add_touching(pair%pair, force(:, :, pair%lower(3), :))
+    end associate
+    call sum_pair(pair, bodies%tools(pair%tool), dt, no_couple)
+  end subroutine finish_pair
 
   !> Press a layer of control points, where it is.
   subroutine press_layer(self, tool, dt, motion, couple)
     class(contact_effect_t), intent(inout) :: self
-    type(tool_t), intent(inout) :: tool
+    type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: dt
     type(motion_t), intent(inout) :: motion
     real(wp), intent(out) :: couple(3, 3)
@@ -323,7 +353,7 @@ contains
   !> Press a face with a net of its own; the control points get its forces only where it touches.
   subroutine press_own_face(self, tool, dt, body, couple)
     class(contact_effect_t), intent(inout) :: self
-    type(tool_t), intent(inout) :: tool
+    type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: dt
     class(element_t), intent(inout) :: body
     real(wp), intent(out) :: couple(3, 3)
@@ -332,13 +362,13 @@ contains
     call body%face_net(self%face, self%net)
     self%net_force = 0.0_wp
     call press(self, tool, dt, self%net, self%net_force, couple)
-    if (self%pair%statistics%n_touching > 0) call body%add_face_forces(self%face, self%net_force)
+    if (any(self%pair%is_touching)) call body%add_face_forces(self%face, self%net_force)
   end subroutine press_own_face
 
   !> Contact forces of a face, seen from its tool where that turns, and their couple.
   subroutine press(self, tool, dt, x, force, couple)
     class(contact_effect_t), intent(inout) :: self
-    type(tool_t), intent(inout) :: tool
+    type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: dt, x(:, :, :)      !! control points of the face, shape (n, m, 3)
     real(wp), intent(inout) :: force(:, :, :)   !! on them [force]
     real(wp), intent(out) :: couple(3, 3)       !! of a tool that turns
@@ -346,14 +376,14 @@ contains
 
     couple = 0.0_wp
     if (.not. tool%is_turning) then
-      call apply_contact(self%pair, tool, x, force, self%energy, self%depth, dt)
+      call press_contact(self%pair, tool, x, force, dt)
       return
     end if
     seen = x
     allocate (push, mold=seen)
     push = 0.0_wp
     call to_tool_frame(tool, size(seen)/3, seen)
-    call apply_contact(self%pair, tool, seen, push, self%energy, self%depth, dt)
+    call press_contact(self%pair, tool, seen, push, dt)
     call turn_forces(tool, size(seen)/3, push)
     couple = couple_of(tool, size(seen)/3, seen, push)
     force = force + push
@@ -399,6 +429,14 @@ contains
     self%energy = 0.0_wp
     self%force = 0.0_wp
   end subroutine stop
+
+  !> Of a layer of control points along the rows; wear needs the points of all.
+  pure logical function is_by_rows(self)
+    class(contact_effect_t), intent(in) :: self
+
+    is_by_rows = self%face > 4 .and. .not. allocated(self%net)
+    if (allocated(self%fields)) is_by_rows = is_by_rows .and. .not. self%fields%has_wear
+  end function is_by_rows
 
   subroutine tally_contact(self, tally)
     class(contact_effect_t), intent(in) :: self

@@ -51,6 +51,8 @@ module effect
     procedure :: start => start_effect
     procedure :: stop => stop_effect
     procedure :: tally => tally_effect
+    procedure :: is_by_rows => needs_all_rows
+    procedure :: join_rows => has_no_rows
     procedure, nopass :: rank => rank_of_effect    !! effects of a stage act in rising order
   end type effect_t
 
@@ -189,6 +191,19 @@ contains
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt             !! the time step to come
   end subroutine stop_effect
+
+  !> Does the effect act where processes move but some of the rows of control points?
+  pure logical function needs_all_rows(self) result(is_by_rows)
+    class(effect_t), intent(in) :: self
+
+    is_by_rows = .false.
+  end function needs_all_rows
+
+  !> Where they do: what the effect keeps of control points, of all rows at all processes.
+  subroutine has_no_rows(self, bodies)
+    class(effect_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+  end subroutine has_no_rows
 
   !> Between those that come first and those that come last.
   pure integer function rank_of_effect() result(rank)

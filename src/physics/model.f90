@@ -10,7 +10,9 @@ module model
   use outline_watch, only: watched_t
   use rigid_motion, only: rigid_motion_t, start_motion
   use body_parts, only: share_external_forces
-  use effect, only: effect_t, effect_slot_t, instant_t, add_effect, apply_effects, sort_effects
+  use effect, only: effect_t, effect_slot_t, instant_t, add_effect, apply_effects, sort_effects, &
+                    is_from_outside
+  use row_exchange, only: exchange_rows
   implicit none
   private
 
@@ -70,18 +72,24 @@ contains
     call move_slots(model%forces, is_later, model%later_forces)
   end subroutine hold_back_forces
 
-  !> Contact and loads, onto external forces of zero.
+  !> Contact and loads, onto external forces of zero. Where processes move but some of the rows of
+  !! control points, the internal forces and their report are complete only afterwards.
   subroutine apply_forces(model, instant)
     type(model_t), intent(inout) :: model
     type(instant_t), intent(in) :: instant
-    integer :: t
+    integer :: t, n
+    logical :: is_by_rows
 
-    if (size(model%forces) == 0) return
+    is_by_rows = model%bodies%blank%parts(1)%element%motion%rows%is_shared
+    if (size(model%forces) == 0 .and. .not. is_by_rows) return
     do t = 1, size(model%bodies%tools)
       model%bodies%tools(t)%force = 0.0_wp
       model%bodies%tools(t)%torque = 0.0_wp
     end do
-    call apply_effects(model%forces, model%timer, model%bodies, instant)
+    n = count([(is_from_outside(model%forces(t)%item), t=1, size(model%forces))])
+    call apply_effects(model%forces(:n), model%timer, model%bodies, instant)
+    if (is_by_rows) call exchange_rows(model%bodies, model%forces, instant)
+    call apply_effects(model%forces(n + 1:), model%timer, model%bodies, instant)
     call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
   end subroutine apply_forces
 

@@ -29,6 +29,7 @@ module tool_drive
     procedure :: apply
     procedure :: stop
     procedure :: carry => carry_drive
+    procedure :: is_by_rows => is_of_tool
   end type tool_drive_t
 
   !> A drive where it lies in a list of effects.
@@ -118,6 +119,12 @@ contains
     self%external_work = self%external_work - self%tool_energy
     self%tool_energy = 0.0_wp
   end subroutine stop
+
+  pure logical function is_of_tool(self) result(is_by_rows)
+    class(tool_drive_t), intent(in) :: self
+
+    is_by_rows = .true.
+  end function is_of_tool
 
   subroutine carry_drive(self, store)
     class(tool_drive_t), intent(inout) :: self

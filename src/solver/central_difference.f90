@@ -8,6 +8,7 @@ module central_difference
   use effect, only: apply_effects
   use body_parts, only: has_edges, lead_edges
   use model, only: model_t
+  use row_shares, only: row_shares_t
   use rigid_motion, only: move_tool
   use energy_balance, only: add_impulse
   use run_state, only: run_t
@@ -23,7 +24,7 @@ contains
   !> Velocities to the next half step, v + dt_mean (f_ext - f_int)/m, and positions to the end of
   !! the step. Forces from outside, where there are any, are set to zero when the positions have
   !! moved: those of the next step are added to them.
-  subroutine advance(n, dt_mean, dt, mass, is_loaded, external_force, internal_force, v, x)
+  subroutine advance(n, dt_mean, dt, mass, is_loaded, external_force, internal_force, v, x, rows)
     integer, intent(in) :: n(3)                   !! control points along each axis
     real(wp), intent(in) :: dt_mean               !! mean of the steps before and after; 0: the
                                                   !! velocities stay
@@ -33,10 +34,17 @@ contains
     real(wp), intent(inout) :: external_force(n(1), n(2), n(3), 3)
     real(wp), intent(in) :: internal_force(n(1), n(2), n(3), 3)
     real(wp), intent(inout) :: v(n(1), n(2), n(3), 3), x(n(1), n(2), n(3), 3)
-    integer :: j
+    type(row_shares_t), intent(in), optional :: rows   !! that move here; absent: all
+    integer :: first, last, j
 
+    first = 1
+    last = n(2)
+    if (present(rows)) then
+      first = max(first, rows%first)
+      last = min(last, rows%last)
+    end if
     !$omp parallel do schedule(static) if (product(n) > parallel_size)
-    do j = 1, n(2)
+    do j = first, last
       if (dt_mean > 0.0_wp) call push_row(n, j, dt_mean, mass, external_force, internal_force, v)
       if (.not. dt > 0.0_wp) cycle
       call move_row(n, j, dt, v, x)
@@ -106,7 +114,7 @@ contains
         if (is_balanced) call copy_rows(shape(motion%v), motion%v, run%v_before(i)%values)
         call advance(shape(body%inertia), run%instant%dt_mean, merge(run%instant%dt, 0.0_wp, &
                      is_through), body%inertia, size(model%forces) > 0, motion%external_force, &
-                     motion%internal_force, motion%v, motion%x)
+                     motion%internal_force, motion%v, motion%x, motion%rows)
       end associate
     end do
     call add_impulse(run%balance, model%forces, run%instant%dt_mean)
@@ -146,7 +154,7 @@ contains
                    motion => model%bodies%blank%parts(i)%element%motion)
           call advance(shape(body%inertia), 0.0_wp, run%instant%dt, body%inertia, &
                        size(model%forces) > 0, motion%external_force, motion%internal_force, &
-                       motion%v, motion%x)
+                       motion%v, motion%x, motion%rows)
         end associate
       end do
     end if

@@ -12,6 +12,7 @@ module forming_run
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths, share_pairs, join_pairs
+  use row_sharing, only: share_own_rows, join_rows, know_rows, costs_of_rows, is_uneven
   use effect, only: is_from_outside
   use prescribed_field, only: settle_fields
   use model, only: model_t, begin_next_step, apply_forces, increment_limit
@@ -111,7 +112,7 @@ contains
     if (allocated(error)) then
       call save_verified(saver, model, run, results, advice)
       if (advice /= "") error%message = error%message//new_line("a")//advice
-      call look_at_points(model, is_everywhere=.false.)
+      call look_at_points(model, run, is_everywhere=.false.)
       call save_failed(model, run, results)
     else if (.not. allocated(saver%stopped_by)) then
       call check_relaxation(model, error)
@@ -281,7 +282,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: warnings(:)
     real(wp) :: dt, rate
-    logical :: is_sample, is_frame, is_last, is_balanced, is_looking, is_through
+    logical :: is_sample, is_frame, is_last, is_balanced, is_looking, is_moving, is_through
 
     dt = run%instant%dt
     rate = model%rate
@@ -296,25 +297,29 @@ contains
       is_frame = is_frame .or. is_due(run%control, run%control%frames, run%instant%time)
     end if
     call take_due_state(saver, model, run, results, is_end)
-    is_looking = is_frame .or. is_end
     is_last = is_end
-    if (is_last) call look_at_points(model, is_everywhere=.true.)
+    is_moving = is_uneven(model, run)
+    if (is_last) is_moving = .true.
+    is_looking = is_frame .or. is_moving
+    if (is_last) call look_at_points(model, run, is_everywhere=.true.)
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
     if (.not. model%step%is_static) then
       call advance_step_size(run, rate, is_end, dt)
-      is_through = moves_through(model) .and. .not. (is_balanced .or. is_frame)
+      is_through = moves_through(model) .and. .not. (is_balanced .or. is_looking)
       call update_velocities(model, run, is_balanced, is_through)
     end if
+    if (is_balanced .and. .not. is_last) call join_rows(model, run)
     if (is_balanced) call check_state(model, run, is_sample, error)
     if (.not. allocated(error)) call keep_verified(saver, model, run, results, log, error)
     if (run%is_file_lost .or. allocated(saver%stopped_by)) return
     if (is_sample) call take_sample(model, run, results, log)
     if (allocated(error)) return
+    if (is_moving .and. .not. is_last) call look_at_points(model, run, is_everywhere=.true.)
     if (is_frame) then
       call start_watch(model%timer, run%watch_output)
       if (run%n_steps > 0) run%control%frames%done = run%control%frames%done + 1
-      if (.not. is_last) call look_at_points(model, is_everywhere=.false.)
+      if (.not. is_moving) call look_at_points(model, run, is_everywhere=.false.)
       call add_frame(model, run)
       call stop_watch(model%timer, run%watch_output)
     end if
@@ -330,7 +335,7 @@ contains
       if (allocated(error)) return
     end if
     if (model%step%n_modes > 0) return
-    if (is_looking .and. .not. model%step%is_static) call share_points(model, is_last)
+    if (is_looking .and. .not. model%step%is_static) call share_points(model, is_moving)
     if (model%step%is_static) then
       call start_watch(model%timer, run%watch_static)
       call take_static_increment(model, run, log, error)
@@ -351,18 +356,23 @@ contains
     logical, intent(in) :: may_move        !! from one to another: all processes know all points
 
     if (.not. allocated(model%ranks)) return
-    call share_parts(model%bodies%blank%parts, model%bodies%blank%law%is_serial, model%ranks, &
-                     may_move)
-    call share_pairs(model%forces, model%ranks)
+    associate (blank => model%bodies%blank)
+      call share_parts(blank%parts, blank%law%is_serial, model%ranks, may_move, &
+                       costs_of_rows(model))
+      call share_own_rows(model, may_move)
+      call share_pairs(model%forces, model%ranks, blank%parts(1)%element%motion%rows)
+    end associate
   end subroutine share_points
 
   !> The first one of several processes, or each, has all points until they are shared again: to
   !! write results, to cut the sheet, for static increments, to say what failed.
-  subroutine look_at_points(model, is_everywhere)
+  subroutine look_at_points(model, run, is_everywhere)
     type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
     logical, intent(in) :: is_everywhere
 
     if (.not. allocated(model%ranks)) return
+    call know_rows(model, run)
     call join_points(model%bodies%blank%parts, model%ranks, is_everywhere)
     call join_pairs(model%forces)
     call share_pairs(model%forces)
@@ -447,13 +457,13 @@ contains
     associate (blank => model%bodies%blank)
       call forces_of_parts(blank%parts, blank%seams, blank%law, run%instant%dt, blank%report, &
                            joints=blank%joints)
+      call stop_watch(model%timer, run%watch_blank)
+      call apply_forces(model, run%instant)
       rate = blank%report%largest_rate
       call add_step(run%balance, blank%report)
-      if (is_failing(blank, run%control)) call look_at_points(model, is_everywhere=.true.)
+      if (is_failing(blank, run%control)) call look_at_points(model, run, is_everywhere=.true.)
       call check_health(model, run%instant, run%control, error)
     end associate
-    call stop_watch(model%timer, run%watch_blank)
-    if (.not. allocated(error)) call apply_forces(model, run%instant)
   end subroutine finish_step
 
   !> Size of the coming step and the mean that its velocities span; the last one repeats.

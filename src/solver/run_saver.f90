@@ -12,6 +12,7 @@ module run_saver
   use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, has_state
   use model, only: model_t
   use contact_effect, only: join_pairs
+  use row_sharing, only: join_rows
   use frames, only: results_t, flush_results
   use ranks, only: is_first, first_says
   use hdf5_file, only: path_of_open
@@ -191,7 +192,10 @@ contains
     call start_watch(model%timer, run%watch_state)
     if (.not. allocated(kept)) allocate (kept)
     kept%n_frames = results%n_frames + run%n_waiting
-    if (allocated(model%ranks)) call join_pairs(model%forces)
+    if (allocated(model%ranks)) then
+      call join_rows(model, run)
+      call join_pairs(model%forces)
+    end if
     call pack_for_file(model, run, kept%n_frames, kept%store)
     kept%step = run%n_steps
     kept%time = run%instant%time

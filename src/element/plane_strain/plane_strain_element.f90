@@ -51,6 +51,7 @@ contains
     allocate (strip)
     strip%solid_element_t = solid
     strip%has_own_points = .false.
+    strip%is_by_rows = .false.
     strip%can_be_cut = .false.
     associate (patch => solid%patch, plane => strip%plane)
       plane%places = in_plane(:, component)

@@ -52,6 +52,7 @@ contains
     call new_solid_element(element, name, grid, n_points, n_parts, law, viscosity, error)
     if (allocated(error)) return
     element%can_be_cut = spec%kind == project_nothing
+    element%is_by_rows = .false.
     call separate_rows(element%patch)
     call new_projection(element%projection, spec, grid%axes, element%patch%axes, error)
     if (allocated(error) .or. .not. element%projection%is_smooth) return

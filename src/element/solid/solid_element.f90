@@ -19,14 +19,16 @@ module solid_element
                       is_block_here
   use tile_shares, only: share_out, work_own_tiles, work_all_tiles
   use ranks, only: ranks_t, traffic_t, sum_traffic
+  use parcel, only: parcel_t
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
   use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
   use patch_outline, only: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, &
                            carry_point_state, distances_inside
-  use tile_exchange, only: sum_of_blocks
+  use tile_exchange, only: sum_of_blocks, pack_tiles, unpack_tiles, gather_reports, &
+                           find_rows, costs_of_tiles
   use patch_points, only: new_point_volumes, find_row_energies, new_given_fields, &
                           spread_to_points, carry_given
-  use solid_forces, only: internal_forces
+  use solid_forces, only: internal_forces, begin_forces, end_forces
   use solid_stiffness, only: block_trial_t, begin_trial, end_trial, owned_elements, move_column, &
                              add_column
   use lumped_mass, only: new_lumped_mass, mass_tables, add_masses
@@ -43,8 +45,12 @@ module solid_element
   type, extends(element_t), public :: solid_element_t
     type(solid_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
+    !> Reports of the tiles and time increment of an evaluation that `finish_forces` ends.
+    type(force_report_t), allocatable :: reports(:)
+    real(wp) :: open_increment = 0.0_wp
     logical :: has_own_points = .true.           !! a block needs nothing but its own points
     logical :: is_divisible = .true.             !! nor does a tile, and forces add up
+    logical :: is_by_rows = .true.               !! nor do forces need more than the rows of tiles
     real(wp), allocatable :: volumes(:, :, :, :)   !! of the points at the start, when asked for
     real(wp) :: density = 0.0_wp                   !! of the law, without what scaling has added
     !> Share of an element's area inside an outline from which on its control points move for
@@ -73,6 +79,10 @@ module solid_element
     procedure :: share_tiles
     procedure :: work_all
     procedure :: work_own
+    procedure :: rows_of_processes
+    procedure :: send_tiles
+    procedure :: receive_tiles
+    procedure :: finish_forces
     procedure :: is_here
     procedure :: add_traffic
     procedure :: scale_mass
@@ -290,9 +300,58 @@ contains
     type(force_report_t), intent(out) :: report
 
     self%patch%n_before = self%n_before
-    call internal_forces(self%patch, self%buffers, law, dt, self%motion%x, self%motion%v, &
-                         self%motion%internal_force, report)
+    if (.not. self%motion%rows%is_shared) then
+      call internal_forces(self%patch, self%buffers, law, dt, self%motion%x, self%motion%v, &
+                           self%motion%internal_force, report)
+      return
+    end if
+    allocate (self%reports(size(self%buffers)))
+    self%open_increment = dt
+    call begin_forces(self%patch, self%buffers, law, dt, self%motion%x, self%motion%v, &
+                      self%motion%internal_force, self%reports)
   end subroutine forces
+
+  subroutine rows_of_processes(self, last_of, moved_by)
+    class(solid_element_t), intent(in) :: self
+    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :)
+
+    if (self%is_by_rows) call find_rows(self%patch, last_of, moved_by)
+  end subroutine rows_of_processes
+
+  subroutine send_tiles(self, partner, parcel)
+    class(solid_element_t), intent(in) :: self
+    integer, intent(in) :: partner
+    type(parcel_t), intent(inout) :: parcel
+
+    if (allocated(self%reports)) &
+      call pack_tiles(self%patch, self%motion%rows%moved_by(:, partner + 1), self%buffers, parcel, &
+                      self%motion%internal_force)
+  end subroutine send_tiles
+
+  subroutine receive_tiles(self, partner, parcel)
+    class(solid_element_t), intent(inout) :: self
+    integer, intent(in) :: partner
+    type(parcel_t), intent(inout) :: parcel
+
+    associate (rows => self%motion%rows)
+      if (allocated(self%reports)) &
+        call unpack_tiles(self%patch, partner, [rows%first, rows%last], self%buffers, parcel, &
+                          self%motion%internal_force)
+    end associate
+  end subroutine receive_tiles
+
+  subroutine finish_forces(self, report)
+    class(solid_element_t), intent(inout) :: self
+    type(force_report_t), intent(inout) :: report
+
+    if (.not. allocated(self%reports)) return
+    call gather_reports(self%patch, self%reports)
+    associate (rows => self%motion%rows)
+      call end_forces(self%patch, self%buffers, self%open_increment, [rows%first, rows%last], &
+                      self%motion%internal_force, self%reports, report)
+    end associate
+    deallocate (self%reports)
+  end subroutine finish_forces
 
   subroutine trial_forces(self, law, dt, report)
     class(solid_element_t), intent(inout) :: self
@@ -452,12 +511,13 @@ contains
     call share_out(self%patch%shares, ranks, last)
   end subroutine share_tiles
 
-  pure function tile_costs(self) result(loads)
+  pure function tile_costs(self, row_costs) result(costs)
     class(solid_element_t), intent(in) :: self
-    real(wp), allocatable :: loads(:)
+    real(wp), intent(in) :: row_costs(:)
+    real(wp), allocatable :: costs(:)
 
-    allocate (loads(0))
-    if (allocated(self%patch%shares%ticks)) loads = real(self%patch%shares%ticks, wp)
+    allocate (costs(0))
+    if (allocated(self%patch%shares%ticks)) costs = costs_of_tiles(self%patch, row_costs)
   end function tile_costs
 
   pure logical function is_here(self, element)

@@ -15,7 +15,7 @@ module solid_forces
   implicit none
   private
 
-  public :: internal_forces, add_tiles, finish_evaluation
+  public :: internal_forces, begin_forces, end_forces, add_tiles, finish_evaluation
   public :: gather_motion, gather_weights, gather_field, add_forces, clear_rows, add_report
 
 contains
@@ -33,9 +33,58 @@ contains
     real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! set to it, (n1, n2, n3, 3)
     type(force_report_t), intent(out) :: report
     type(force_report_t) :: reports(size(buffers))
+
+    !$omp parallel default(shared) if (.not. law%is_serial)
+    call work_tiles(patch, buffers, law, dt, x, v, force, reports)
+    call complete_tiles(patch, reports, buffers, force)
+    call add_tiles(patch, buffers, force)
+    !$omp end parallel
+    call finish_evaluation(patch, dt, reports, report)
+  end subroutine internal_forces
+
+  !> The first half of the same: the own tiles alone, whose forces `end_forces` adds up when those
+  !! of other processes are there.
+  subroutine begin_forces(patch, buffers, law, dt, x, v, force, reports)
+    type(solid_patch_t), intent(inout) :: patch
+    type(tile_buffer_t), intent(inout) :: buffers(:)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                          !! [time]
+    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)   !! end, middle of the step
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
+    type(force_report_t), intent(inout) :: reports(:)   !! of the tiles
+
+    !$omp parallel default(shared) if (.not. law%is_serial)
+    call work_tiles(patch, buffers, law, dt, x, v, force, reports)
+    !$omp end parallel
+  end subroutine begin_forces
+
+  !> The second half, of some rows.
+  subroutine end_forces(patch, buffers, dt, rows, force, reports, report)
+    type(solid_patch_t), intent(inout) :: patch
+    type(tile_buffer_t), intent(in) :: buffers(:)
+    real(wp), intent(in) :: dt                          !! [time]
+    integer, intent(in) :: rows(2)                      !! first and last
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
+    type(force_report_t), intent(in) :: reports(:)      !! of all tiles
+    type(force_report_t), intent(out) :: report
+
+    !$omp parallel default(shared)
+    call add_tiles(patch, buffers, force, rows)
+    !$omp end parallel
+    call finish_evaluation(patch, dt, reports, report)
+  end subroutine end_forces
+
+  !> The tiles that are worked here, shared by the threads of a region.
+  subroutine work_tiles(patch, buffers, law, dt, x, v, force, reports)
+    type(solid_patch_t), intent(inout) :: patch
+    type(tile_buffer_t), intent(inout) :: buffers(:)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                          !! [time]
+    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)   !! end, middle of the step
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
+    type(force_report_t), intent(inout) :: reports(:)   !! of the tiles
     integer :: t
 
-    !$omp parallel default(shared) private(t) if (.not. law%is_serial)
     !$omp do schedule(static)
     do t = patch%shares%first, patch%shares%last
       call begin_tile(patch%shares, t)
@@ -43,23 +92,26 @@ contains
       call end_tile(patch%shares, t)
     end do
     !$omp end do
-    call complete_tiles(patch, reports, buffers, force)
-    call add_tiles(patch, buffers, force)
-    !$omp end parallel
-    call finish_evaluation(patch, dt, reports, report)
-  end subroutine internal_forces
+  end subroutine work_tiles
 
   !> Add the tile buffers to what the tiles have put on their own rows, in the order of the tiles:
   !! the threads of a region share the rows of control points along axis 2, each near the tiles
   !! that it has worked.
-  subroutine add_tiles(patch, buffers, force)
+  subroutine add_tiles(patch, buffers, force, rows)
     type(solid_patch_t), intent(in) :: patch
     type(tile_buffer_t), intent(in) :: buffers(:)
     real(wp), intent(inout) :: force(:, :, :, :)
-    integer :: t, j, k, c
+    integer, intent(in), optional :: rows(2)            !! first and last; absent: all
+    integer :: first, last, t, j, k, c
 
+    first = 1
+    last = patch%n_control(2)
+    if (present(rows)) then
+      first = max(first, rows(1))
+      last = min(last, rows(2))
+    end if
     !$omp do schedule(static)
-    do j = 1, patch%n_control(2)
+    do j = first, last
       if (.not. any(patch%tiles%own_last >= j .and. patch%tiles%control_first(2) <= j)) &
         force(:, j, :, :) = 0.0_wp
       do t = 1, size(buffers)

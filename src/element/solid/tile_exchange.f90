@@ -3,13 +3,16 @@
 !! buffers as they are and adds them in the order of the tiles, as one process does.
 module tile_exchange
   use kinds, only: wp
-  use ranks, only: gather_counted
+  use ranks, only: gather_counted, pass_counted
+  use parcel, only: parcel_t, empty_parcel, pack_values, unpack_values
   use element, only: force_report_t
-  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, find_blocks_of
+  use solid_patch, only: solid_patch_t, tile_buffer_t, find_blocks_of
   implicit none
   private
 
-  public :: complete_tiles, exchange_tiles, gather_blocks, sum_of_blocks
+  public :: complete_tiles, exchange_tiles, pack_tiles, unpack_tiles, gather_reports, &
+            find_rows, costs_of_tiles
+  public :: gather_blocks, sum_of_blocks
 
   integer, parameter :: n_reported = 5   !! numbers of a report, without the part
 
@@ -32,7 +35,7 @@ contains
     !$omp barrier
   end subroutine complete_tiles
 
-  !> Send the own tiles, and receive those of the others.
+  !> Send the own tiles to all others, and receive theirs.
   subroutine exchange_tiles(patch, reports, buffers, force, more_buffers, more)
     type(solid_patch_t), intent(inout) :: patch
     type(force_report_t), intent(inout) :: reports(:)               !! of the tiles
@@ -41,39 +44,168 @@ contains
     real(wp), intent(inout), contiguous, optional :: force(:, :, :, :)
     type(tile_buffer_t), intent(inout), optional :: more_buffers(:) !! of a second field
     real(wp), intent(inout), contiguous, optional :: more(:, :, :, :)
-    integer :: counts(patch%shares%ranks%n), t, r, at
+    integer, parameter :: all_rows(2) = [1, huge(1)]
+    integer :: partners(patch%shares%ranks%n - 1), r, i
 
-    counts = 0
-    r = 1
-    do t = 1, size(patch%tiles)
-      do while (t > patch%shares%last_of(r))
-        r = r + 1
-      end do
-      counts(r) = counts(r) + n_reported + size_of(patch%tiles(t), buffers(t), force)
-      if (present(more)) counts(r) = counts(r) &
-                                     + size_of(patch%tiles(t), more_buffers(t), more)
+    partners = pack([(r, r=0, size(partners))], [(r /= patch%shares%ranks%number, &
+                                                  r=0, size(partners))])
+    if (.not. allocated(patch%shares%sent)) &
+      allocate (patch%shares%sent(size(partners)), patch%shares%received(size(partners)))
+    do i = 1, size(partners)
+      associate (parcel => patch%shares%sent(i))
+        call empty_parcel(parcel, 0)
+        call pack_tiles(patch, all_rows, buffers, parcel, force)
+        if (present(more)) call pack_tiles(patch, all_rows, more_buffers, parcel, more)
+      end associate
     end do
-    call make_room(counts(patch%shares%ranks%number + 1), patch%shares%own)
-    call make_room(sum(counts), patch%shares%joined)
-    associate (shares => patch%shares)
-      at = 0
-      do t = shares%first, shares%last
-        call pack_report(reports(t), shares%own, at)
-        call pack_field(patch%tiles(t), buffers(t), shares%own, at, force)
-        if (present(more)) call pack_field(patch%tiles(t), more_buffers(t), shares%own, at, more)
-      end do
-      call gather_counted(shares%ranks, counts, shares%own, shares%joined, shares%traffic)
-      at = 0
-      do t = 1, size(patch%tiles)
-        if (t == shares%first) at = at + counts(shares%ranks%number + 1)
-        if (t >= shares%first .and. t <= shares%last) cycle
-        call unpack_report(shares%joined, at, reports(t))
-        call unpack_field(patch%tiles(t), shares%joined, at, buffers(t), force)
-        if (present(more)) call unpack_field(patch%tiles(t), shares%joined, at, more_buffers(t), &
+    call pass_counted(patch%shares%ranks, partners, patch%shares%sent, patch%shares%received, &
+                      patch%shares%traffic)
+    do i = 1, size(partners)
+      associate (parcel => patch%shares%received(i))
+        call unpack_tiles(patch, partners(i), all_rows, buffers, parcel, force)
+        if (present(more)) call unpack_tiles(patch, partners(i), all_rows, more_buffers, parcel, &
                                              more)
+      end associate
+    end do
+    call gather_reports(patch, reports)
+  end subroutine exchange_tiles
+
+  !> Put some rows of what the own tiles have found into a parcel.
+  pure subroutine pack_tiles(patch, rows, buffers, parcel, field)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: rows(2)                     !! first and last
+    type(tile_buffer_t), intent(in) :: buffers(:)      !! of the tiles
+    type(parcel_t), intent(inout) :: parcel
+    real(wp), intent(in), contiguous, optional :: field(:, :, :, :)
+    integer :: t, j, k, c
+
+    do t = patch%shares%first, patch%shares%last
+      if (present(field)) then
+        do c = 1, size(field, 4)
+          do k = 1, size(field, 3)
+            do j = max(patch%tiles(t)%control_first(2), rows(1)), &
+                   min(patch%tiles(t)%own_last, rows(2))
+              call pack_values(parcel, field(:, j, k, c))
+            end do
+          end do
+        end do
+      end if
+      associate (border => buffers(t)%force)
+        do c = lbound(border, 4), ubound(border, 4)
+          do k = lbound(border, 3), ubound(border, 3)
+            do j = max(lbound(border, 2), rows(1)), min(ubound(border, 2), rows(2))
+              call pack_values(parcel, border(:, j, k, c))
+            end do
+          end do
+        end do
+      end associate
+    end do
+  end subroutine pack_tiles
+
+  !> Take the same rows of what the tiles of another process have found out of its parcel.
+  pure subroutine unpack_tiles(patch, partner, rows, buffers, parcel, field)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: partner                     !! its number
+    integer, intent(in) :: rows(2)
+    type(tile_buffer_t), intent(inout) :: buffers(:)
+    type(parcel_t), intent(inout) :: parcel
+    real(wp), intent(inout), contiguous, optional :: field(:, :, :, :)
+    integer :: first, t, j, k, c
+
+    first = 1
+    if (partner > 0) first = patch%shares%last_of(partner) + 1
+    do t = first, patch%shares%last_of(partner + 1)
+      if (present(field)) then
+        do c = 1, size(field, 4)
+          do k = 1, size(field, 3)
+            do j = max(patch%tiles(t)%control_first(2), rows(1)), &
+                   min(patch%tiles(t)%own_last, rows(2))
+              call unpack_values(parcel, field(:, j, k, c))
+            end do
+          end do
+        end do
+      end if
+      associate (border => buffers(t)%force)
+        do c = lbound(border, 4), ubound(border, 4)
+          do k = lbound(border, 3), ubound(border, 3)
+            do j = max(lbound(border, 2), rows(1)), min(ubound(border, 2), rows(2))
+              call unpack_values(parcel, border(:, j, k, c))
+            end do
+          end do
+        end do
+      end associate
+    end do
+  end subroutine unpack_tiles
+
+  !> Rows of control points of the processes, along axis 2, where tiles have rows of their own: the
+  !! last one whose tiles, or those of processes before, are the first to touch it; and first and
+  !! last row that its tiles touch. Of a process without tiles none.
+  pure subroutine find_rows(patch, last_of, moved_by)
+    type(solid_patch_t), intent(in) :: patch           !! shared
+    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :)
+    integer :: r, first, last
+
+    if (any(patch%tiles%own_last < patch%tiles%control_first(2))) return
+    associate (n => patch%shares%ranks%n)
+      allocate (last_of(n), moved_by(2, n))
+      do r = 1, n
+        last = patch%shares%last_of(r)
+        first = 1
+        if (r > 1) first = last_of(r - 1) + 1
+        last_of(r) = patch%n_control(2)
+        if (last == 0) last_of(r) = 0
+        if (last < size(patch%tiles) .and. last > 0) &
+          last_of(r) = patch%tiles(last + 1)%control_first(2) - 1
+        moved_by(:, r) = [first, last_of(r)]
+        if (last_of(r) >= first) moved_by(2, r) = max(last_of(r), patch%tiles(last)%control_last(2))
       end do
     end associate
-  end subroutine exchange_tiles
+  end subroutine find_rows
+
+  !> Time that the tiles have taken here, with that of the rows that each is the first to touch.
+  pure function costs_of_tiles(patch, row_costs) result(costs)
+    type(solid_patch_t), intent(in) :: patch           !! shared before
+    real(wp), intent(in) :: row_costs(:)
+    real(wp) :: costs(size(patch%tiles))
+    integer :: t, last
+
+    costs = real(patch%shares%ticks, wp)
+    last = size(row_costs)
+    do t = size(costs), 1, -1
+      associate (first => merge(1, patch%tiles(t)%control_first(2), t == 1))
+        costs(t) = costs(t) + sum(row_costs(first:last))
+        last = min(last, first - 1)
+      end associate
+    end do
+  end function costs_of_tiles
+
+  !> Reports of all tiles, of which each process has those of its own, at all processes. A block
+  !! number may be huge, but is a number that a real one holds.
+  subroutine gather_reports(patch, reports)
+    type(solid_patch_t), intent(inout) :: patch
+    type(force_report_t), intent(inout) :: reports(:)
+    real(wp) :: own(n_reported, size(reports)), joined(n_reported*size(reports))
+    integer :: t
+
+    do t = patch%shares%first, patch%shares%last
+      own(:, t - patch%shares%first + 1) = [reports(t)%internal_work, reports(t)%viscous_work, &
+                                            reports(t)%largest_rate, reports(t)%smallest_det, &
+                                            real(reports(t)%failed_block, wp)]
+    end do
+    associate (last => patch%shares%last_of, n => patch%shares%ranks%n)
+      call gather_counted(patch%shares%ranks, n_reported*(last - [0, last(:n - 1)]), &
+                          reshape(own, [size(own)]), joined, patch%shares%traffic)
+    end associate
+    do t = 1, size(reports)
+      associate (values => joined(n_reported*(t - 1) + 1:n_reported*t))
+        reports(t)%internal_work = values(1)
+        reports(t)%viscous_work = values(2)
+        reports(t)%largest_rate = values(3)
+        reports(t)%smallest_det = values(4)
+        reports(t)%failed_block = nint(values(5))
+      end associate
+    end do
+  end subroutine gather_reports
 
   !> Sum over all blocks in their order, of numbers that each process has of its own ones.
   function sum_of_blocks(patch, n, values) result(total)
@@ -115,113 +247,5 @@ contains
       end do
     end do
   end subroutine gather_blocks
-
-  !> At least so much room; what was in it is lost if it was less.
-  pure subroutine make_room(n, room)
-    integer, intent(in) :: n
-    real(wp), allocatable, intent(inout) :: room(:)
-
-    if (allocated(room)) then
-      if (size(room) >= n) return
-      deallocate (room)
-    end if
-    allocate (room(n))
-  end subroutine make_room
-
-  !> Numbers that a tile has of a field.
-  pure integer function size_of(tile, buffer, field) result(n)
-    type(tile_t), intent(in) :: tile
-    type(tile_buffer_t), intent(in) :: buffer
-    real(wp), intent(in), contiguous, optional :: field(:, :, :, :)
-
-    n = size(buffer%force)
-    if (present(field)) n = n + size(field, 1)*size(field, 3)*size(field, 4) &
-                                *max(0, tile%own_last - tile%control_first(2) + 1)
-  end function size_of
-
-  !> A block number may be huge, but is a number that a real one holds.
-  pure subroutine pack_report(report, room, at)
-    type(force_report_t), intent(in) :: report
-    real(wp), intent(inout) :: room(:)
-    integer, intent(inout) :: at
-
-    room(at + 1:at + n_reported) = [report%internal_work, report%viscous_work, &
-                                    report%largest_rate, report%smallest_det, &
-                                    real(report%failed_block, wp)]
-    at = at + n_reported
-  end subroutine pack_report
-
-  pure subroutine unpack_report(room, at, report)
-    real(wp), intent(in) :: room(:)
-    integer, intent(inout) :: at
-    type(force_report_t), intent(inout) :: report
-
-    report%internal_work = room(at + 1)
-    report%viscous_work = room(at + 2)
-    report%largest_rate = room(at + 3)
-    report%smallest_det = room(at + 4)
-    report%failed_block = nint(room(at + 5))
-    at = at + n_reported
-  end subroutine unpack_report
-
-  pure subroutine pack_field(tile, buffer, room, at, field)
-    type(tile_t), intent(in) :: tile
-    type(tile_buffer_t), intent(in) :: buffer
-    real(wp), intent(inout) :: room(:)
-    integer, intent(inout) :: at
-    real(wp), intent(in), contiguous, optional :: field(:, :, :, :)
-    integer :: j, k, c, n
-
-    if (present(field)) then
-      n = size(field, 1)
-      do c = 1, size(field, 4)
-        do k = 1, size(field, 3)
-          do j = tile%control_first(2), tile%own_last
-            room(at + 1:at + n) = field(:, j, k, c)
-            at = at + n
-          end do
-        end do
-      end do
-    end if
-    n = size(buffer%force, 1)
-    do c = lbound(buffer%force, 4), ubound(buffer%force, 4)
-      do k = lbound(buffer%force, 3), ubound(buffer%force, 3)
-        do j = lbound(buffer%force, 2), ubound(buffer%force, 2)
-          room(at + 1:at + n) = buffer%force(:, j, k, c)
-          at = at + n
-        end do
-      end do
-    end do
-  end subroutine pack_field
-
-  pure subroutine unpack_field(tile, room, at, buffer, field)
-    type(tile_t), intent(in) :: tile
-    real(wp), intent(in) :: room(:)
-    integer, intent(inout) :: at
-    type(tile_buffer_t), intent(inout) :: buffer
-    real(wp), intent(inout), contiguous, optional :: field(:, :, :, :)
-    integer :: j, k, c, n
-
-    if (present(field)) then
-      n = size(field, 1)
-      do c = 1, size(field, 4)
-        do k = 1, size(field, 3)
-          do j = tile%control_first(2), tile%own_last
-            field(:, j, k, c) = room(at + 1:at + n)
-            at = at + n
-          end do
-        end do
-      end do
-    end if
-    n = size(buffer%force, 1)
-    do c = lbound(buffer%force, 4), ubound(buffer%force, 4)
-      do k = lbound(buffer%force, 3), ubound(buffer%force, 3)
-        do j = lbound(buffer%force, 2), ubound(buffer%force, 2)
-          buffer%force(:, j, k, c) = room(at + 1:at + n)
-          at = at + n
-        end do
-      end do
-    end do
-  end subroutine unpack_field
 
 end module tile_exchange

@@ -4,6 +4,7 @@ module thread_ranks
   use omp_lib, only: omp_get_num_threads, omp_get_thread_num
   use kinds, only: wp
   use ranks, only: ranks_t
+  use parcel, only: parcel_t
   implicit none
   private
 
@@ -14,6 +15,7 @@ module thread_ranks
     real(wp), allocatable :: values(:)
     character(:), allocatable :: text
     integer :: largest = 0
+    type(parcel_t), allocatable :: parcels(:, :)   !! from one to another, by their numbers
   end type table_t
 
   !> A thread among those of its region.
@@ -21,6 +23,7 @@ module thread_ranks
     type(table_t), pointer :: table => null()
   contains
     procedure :: gather
+    procedure :: pass
     procedure :: share_text
     procedure :: largest
   end type thread_ranks_t
@@ -55,6 +58,28 @@ contains
     if (is_everywhere .or. self%number == 0) joined(:sum(counts)) = self%table%values
     !$omp barrier
   end subroutine gather
+
+  subroutine pass(self, partners, sent, received)
+    class(thread_ranks_t), intent(in) :: self
+    integer, intent(in) :: partners(:)
+    type(parcel_t), intent(in), asynchronous :: sent(:)
+    type(parcel_t), intent(inout) :: received(:)
+    integer :: i
+
+    !$omp single
+    if (allocated(self%table%parcels)) deallocate (self%table%parcels)
+    allocate (self%table%parcels(0:self%n - 1, 0:self%n - 1))
+    !$omp end single
+    do i = 1, size(partners)
+      self%table%parcels(self%number, partners(i)) = sent(i)
+    end do
+    !$omp barrier
+    do i = 1, size(partners)
+      received(i) = self%table%parcels(partners(i), self%number)
+      received(i)%n_taken = 0
+    end do
+    !$omp barrier
+  end subroutine pass
 
   subroutine share_text(self, text, from)
     class(thread_ranks_t), intent(in) :: self

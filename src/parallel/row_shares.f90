@@ -1,0 +1,107 @@
+!> Which rows of control points of a patch a process moves, along axis 2: all where it is alone, or
+!! where something needs them all; else its own ones, and those of others that its elements and its
+!! contact points touch. All that move a row move it alike.
+module row_shares
+  use kinds, only: wp
+  use ranks, only: ranks_t
+  implicit none
+  private
+
+  public :: share_rows, move_own_rows, know_all_rows, gather_rows, gather_row_values
+
+  !> The rows of this process. Rows beyond those it moves keep old values here, until somebody must
+  !! look at all of them.
+  type, public :: row_shares_t
+    logical :: is_shared = .false.
+    integer :: first = 1, last = huge(1)            !! rows that are moved here
+    integer :: own_first = 1, own_last = huge(1)    !! that count here, in sums of all processes
+    class(ranks_t), allocatable :: ranks            !! the processes; absent: one for all
+    integer, allocatable :: last_of(:)              !! last own row of each of them
+    integer, allocatable :: moved_by(:, :)          !! first and last row that each moves, (2, n)
+    integer, allocatable :: partners(:)             !! numbers of those that move some of its rows
+  end type row_shares_t
+
+contains
+
+  !> The own rows of all processes follow each other.
+  subroutine share_rows(rows, ranks, last_of, moved_by)
+    type(row_shares_t), intent(inout) :: rows
+    class(ranks_t), intent(in) :: ranks
+    integer, intent(in) :: last_of(:)              !! last own row of each process
+    integer, intent(in) :: moved_by(:, :)          !! its first and last row, (2, n)
+
+    if (.not. allocated(rows%ranks)) allocate (rows%ranks, source=ranks)
+    rows%last_of = last_of
+    rows%moved_by = moved_by
+    call move_own_rows(rows)
+  end subroutine share_rows
+
+  !> Each process moves its share again.
+  pure subroutine move_own_rows(rows)
+    type(row_shares_t), intent(inout) :: rows      !! that were shared before
+    integer :: r
+
+    associate (here => rows%ranks%number + 1, n => rows%ranks%n, moved_by => rows%moved_by)
+      rows%own_first = 1
+      if (here > 1) rows%own_first = rows%last_of(here - 1) + 1
+      rows%own_last = rows%last_of(here)
+      rows%first = moved_by(1, here)
+      rows%last = moved_by(2, here)
+      rows%partners = pack([(r - 1, r=1, n)], moved_by(1, :) <= rows%last .and. &
+                           moved_by(2, :) >= rows%first .and. [(r /= here, r=1, n)])
+      rows%is_shared = n > 1
+    end associate
+  end subroutine move_own_rows
+
+  !> Each process moves all rows, whose values it must know.
+  pure subroutine know_all_rows(rows)
+    type(row_shares_t), intent(inout) :: rows
+
+    rows%is_shared = .false.
+    rows%first = 1
+    rows%last = huge(1)
+    rows%own_first = 1
+    rows%own_last = huge(1)
+  end subroutine know_all_rows
+
+  !> A field on the control points, of which each process knows its own rows, at all processes.
+  subroutine gather_rows(rows, n, field)
+    type(row_shares_t), intent(in) :: rows          !! shared
+    integer, intent(in) :: n(3)                     !! along axes 1 and 2, and of each column
+    real(wp), intent(inout) :: field(n(1), n(2), n(3))
+    real(wp), allocatable :: own(:), joined(:)
+    integer :: counts(rows%ranks%n), i, j, at
+
+    counts = n(1)*n(3)*(rows%last_of - [0, rows%last_of(:rows%ranks%n - 1)])
+    allocate (own(counts(rows%ranks%number + 1)), joined(size(field)))
+    at = 0
+    do j = rows%own_first, rows%own_last
+      do i = 1, n(3)
+        own(at + 1:at + n(1)) = field(:, j, i)
+        at = at + n(1)
+      end do
+    end do
+    call rows%ranks%gather(counts, own, joined, .true.)
+    at = 0
+    do j = 1, n(2)
+      do i = 1, n(3)
+        field(:, j, i) = joined(at + 1:at + n(1))
+        at = at + n(1)
+      end do
+    end do
+  end subroutine gather_rows
+
+  !> Numbers of each row, of which each process has those of its own ones, at all processes.
+  subroutine gather_row_values(rows, values)
+    type(row_shares_t), intent(in) :: rows          !! shared
+    real(wp), intent(inout), contiguous :: values(:, :)   !! (numbers of a row, rows)
+    real(wp) :: joined(size(values))
+    integer :: counts(rows%ranks%n)
+
+    counts = size(values, 1)*(rows%last_of - [0, rows%last_of(:rows%ranks%n - 1)])
+    call rows%ranks%gather(counts, reshape(values(:, rows%own_first:rows%own_last), &
+                                           [counts(rows%ranks%number + 1)]), joined, .true.)
+    values = reshape(joined, shape(values))
+  end subroutine gather_row_values
+
+end module row_shares
