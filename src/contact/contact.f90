@@ -96,7 +96,7 @@ module contact
     integer, allocatable :: owners(:)        !! numbers of the processes that work the tiles
     type(row_shares_t) :: rows               !! of control points that are known here
     type(traffic_t) :: traffic               !! between them
-    integer(int64), allocatable :: ticks(:)  !! of the clock, work on the tiles since they were shared
+    integer(int64), allocatable :: ticks(:)  !! work on the tiles since they were shared
     real(wp) :: passed = 0.0_wp              !! energy of loads that moved points on to the tool or
                                              !! off it within static increments [energy]
   end type contact_t

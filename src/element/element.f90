@@ -14,13 +14,15 @@ module element
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t, solid_face, evaluate_solid
   use nurbs_surface, only: nurbs_surface_t
+  use force_report, only: force_report_t, merge_reports
   use block_law, only: block_law_t
   use outline, only: region_t
   use outline_ties, only: outline_ties_t
   implicit none
   private
 
-  public :: point_coordinates, next_element, grid_number, merge_reports
+  public :: point_coordinates, next_element, grid_number
+  public :: force_report_t, merge_reports
   public :: jacobian_in_span
   public :: carry_motion, stored_motion, new_nodal_fields, describe_grid, describe_outline
   public :: read_layer, add_to_layer
@@ -33,16 +35,6 @@ module element
     real(wp), allocatable :: external_force(:, :, :, :)  !! contact and loads
     type(row_shares_t) :: rows                           !! that are moved here
   end type motion_t
-
-  !> What one force evaluation reports beside the forces.
-  type, public :: force_report_t
-    real(wp) :: internal_work = 0.0_wp      !! stress power times dt
-    real(wp) :: viscous_work = 0.0_wp
-    real(wp) :: largest_rate = 0.0_wp       !! largest |J^-1|^2 (Frobenius), [1/length^2]
-    real(wp) :: smallest_det = huge(1.0_wp) !! smallest jacobian determinant
-    integer :: failed_block = huge(1)       !! lowest block whose law failed or that turned over
-    integer :: failed_part = 1              !! the part of the body it belongs to
-  end type force_report_t
 
   !> An element: base of all kinds. At a seam `mass` is what the part itself brings, so that sums
   !! over all parts count everything once; `inertia` is what a force there has to move.
@@ -117,8 +109,7 @@ module element
     procedure :: work_all => keep_all
     procedure :: work_own => keep_all
     procedure :: rows_of_processes => all_rows
-    procedure :: send_tiles => send_nothing
-    procedure :: receive_tiles => receive_nothing
+    procedure :: pass_tiles => nothing_to_pass
     procedure :: finish_forces => forces_are_there
     procedure :: is_here => is_known
     procedure :: add_traffic => no_traffic
@@ -675,19 +666,14 @@ contains
   end subroutine all_rows
 
   !> Where processes move but some of the rows, `forces` leaves those of the tiles as they are until
-  !! `finish_forces`. What a partner has to know of the own tiles in between, where there is any.
-  subroutine send_nothing(self, partner, parcel)
-    class(element_t), intent(in) :: self
-    integer, intent(in) :: partner              !! number of the process
-    type(parcel_t), intent(inout) :: parcel     !! put behind what is in it
-  end subroutine send_nothing
-
-  !> What a partner has sent so.
-  subroutine receive_nothing(self, partner, parcel)
+  !! `finish_forces`. In between, what a partner has to know of the own tiles goes into a parcel for
+  !! it, and comes out of its own.
+  subroutine nothing_to_pass(self, partner, is_sent, parcel)
     class(element_t), intent(inout) :: self
-    integer, intent(in) :: partner
-    type(parcel_t), intent(inout) :: parcel
-  end subroutine receive_nothing
+    integer, intent(in) :: partner              !! number of the process
+    logical, intent(in) :: is_sent              !! to it; or received
+    type(parcel_t), intent(inout) :: parcel     !! the next values in it
+  end subroutine nothing_to_pass
 
   !> The forces of all tiles are there: add them up, and report. Elsewhere that has been done.
   subroutine forces_are_there(self, report)
@@ -796,16 +782,5 @@ contains
     e(2) = 1
     e(3) = e(3) + 1
   end subroutine next_element
-
-  !> Add a report to another one.
-  pure subroutine merge_reports(report, other)
-    type(force_report_t), intent(inout) :: report
-    type(force_report_t), intent(in) :: other
-
-    report%internal_work = report%internal_work + other%internal_work
-    report%viscous_work = report%viscous_work + other%viscous_work
-    report%largest_rate = max(report%largest_rate, other%largest_rate)
-    report%smallest_det = min(report%smallest_det, other%smallest_det)
-  end subroutine merge_reports
 
 end module element

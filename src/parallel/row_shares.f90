@@ -47,8 +47,8 @@ contains
       rows%own_last = rows%last_of(here)
       rows%first = moved_by(1, here)
       rows%last = moved_by(2, here)
-      rows%partners = pack([(r - 1, r=1, n)], moved_by(1, :) <= rows%last .and. &
-                           moved_by(2, :) >= rows%first .and. [(r /= here, r=1, n)])
+      rows%partners = pack([(r - 1, r=1, n)], max(moved_by(1, :), rows%first) &
+                           <= min(moved_by(2, :), rows%last) .and. [(r /= here, r=1, n)])
       rows%is_shared = n > 1
     end associate
   end subroutine move_own_rows

@@ -33,7 +33,7 @@ contains
       end if
       do i = 1, size(partners)
         call empty_parcel(blank%sent(i), 0)
-        call element%send_tiles(partners(i), blank%sent(i))
+        call element%pass_tiles(partners(i), .true., blank%sent(i))
         do k = 1, size(pairs)
           call send_touching(pairs(k)%pair%pair, partners(i), blank%sent(i))
         end do
@@ -42,7 +42,7 @@ contains
                         blank%traffic)
       blank%traffic%n_calls = blank%traffic%n_calls + 1
       do i = 1, size(partners)
-        call element%receive_tiles(partners(i), blank%received(i))
+        call element%pass_tiles(partners(i), .false., blank%received(i))
         do k = 1, size(pairs)
           call receive_touching(pairs(k)%pair%pair, partners(i), blank%received(i))
         end do

@@ -7,6 +7,7 @@
 module energy_balance
   use kinds, only: wp
   use element, only: element_t, force_report_t
+  use row_shares, only: row_shares_t, gather_row_values
   use thickness_masses, only: column_directions, column_differences
   use effect, only: effect_slot_t, tally_t
   use body_parts, only: field_t
@@ -171,33 +172,68 @@ contains
 
   !> Sums over the control points of a patch, with the kinetic energy of all mass that moves: the
   !! lumped one, and what scaling adds to columns. The angular momentum is that of the lumped masses
-  !! with the mean of both velocities: inner forces change it with neither.
+  !! with the mean of both velocities: inner forces change it with neither. Where processes move but
+  !! some of the rows, each has those of its own.
   function sums_of(body, v_before) result(sums)
     class(element_t), intent(in) :: body
     real(wp), intent(in) :: v_before(:, :, :, :)
     type(motion_sums_t) :: sums
+    type(motion_sums_t) :: rows(size(body%mass, 2))
+    integer :: own(2)
 
-    sums = sums_of_motion(shape(body%mass), body%mass, body%motion%x, v_before, body%motion%v)
-    if (allocated(body%column_factor)) &
-      sums%kinetic = sums%kinetic + column_energy(body, v_before, body%motion%v)
+    associate (shares => body%motion%rows)
+      own = [max(1, shares%own_first), min(size(rows), shares%own_last)]
+      call find_row_sums(shape(body%mass), own, body%mass, body%motion%x, v_before, body%motion%v, &
+                         rows)
+      if (allocated(body%column_factor)) call add_column_energies(body, own, v_before, rows)
+      if (shares%is_shared) call gather_sums(shares, rows)
+    end associate
+    sums = total_of(rows)
   end function sums_of
 
-  !> Kinetic energy of the mass that scaling adds to columns.
-  pure real(wp) function column_energy(body, v1, v2) result(energy)
-    class(element_t), intent(in) :: body
-    real(wp), intent(in) :: v1(:, :, :, :), v2(:, :, :, :)
-    real(wp), allocatable :: directions(:, :, :), difference1(:, :, :), difference2(:, :, :)
-    integer :: k
+  !> Sums of all rows at all processes.
+  subroutine gather_sums(shares, rows)
+    type(row_shares_t), intent(in) :: shares
+    type(motion_sums_t), intent(inout) :: rows(:)
+    real(wp) :: values(9, size(rows))
+    integer :: j
 
-    energy = 0.0_wp
-    directions = column_directions(body%motion%x)
-    difference1 = column_differences(body%inertia, directions, v1)
-    difference2 = column_differences(body%inertia, directions, v2)
-    do k = 1, size(body%mass, 3)
-      energy = energy + 0.5_wp*sum((body%column_factor - 1.0_wp)*body%mass(:, :, k) &
-                                   *difference1(:, :, k)*difference2(:, :, k))
+    do j = 1, size(rows)
+      values(:, j) = [rows(j)%mass, rows(j)%kinetic, rows(j)%momentum, rows(j)%magnitude, &
+                      rows(j)%angular_momentum]
     end do
-  end function column_energy
+    call gather_row_values(shares, values)
+    do j = 1, size(rows)
+      rows(j) = motion_sums_t(values(1, j), values(2, j), values(3:5, j), values(6, j), &
+                              values(7:9, j))
+    end do
+  end subroutine gather_sums
+
+  !> Kinetic energy of the mass that scaling adds to columns, of some rows of them.
+  pure subroutine add_column_energies(body, own, v1, rows)
+    class(element_t), intent(in) :: body
+    integer, intent(in) :: own(2)                       !! first and last row
+    real(wp), intent(in) :: v1(:, :, :, :)              !! velocities half a step before
+    type(motion_sums_t), intent(inout) :: rows(:)
+    real(wp), allocatable :: directions(:, :, :), before(:, :, :), after(:, :, :)
+    integer :: j, k
+
+    associate (first => own(1), last => own(2))
+      directions = column_directions(body%motion%x(:, first:last, :, :))
+      before = column_differences(body%inertia(:, first:last, :), directions, &
+                                  v1(:, first:last, :, :))
+      after = column_differences(body%inertia(:, first:last, :), directions, &
+                                 body%motion%v(:, first:last, :, :))
+      do k = 1, size(body%mass, 3)
+        do j = first, last
+          associate (energy => rows(j)%kinetic, row => j - first + 1)
+            energy = energy + 0.5_wp*sum((body%column_factor(:, j) - 1.0_wp)*body%mass(:, j, k) &
+                                         *before(:, row, k)*after(:, row, k))
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine add_column_energies
 
   !> The sums of one patch.
   function sums_of_motion(n, mass, x, v_before, v) result(sums)
@@ -207,23 +243,44 @@ contains
     real(wp), intent(in) :: v_before(n(1), n(2), n(3), 3), v(n(1), n(2), n(3), 3)
     type(motion_sums_t) :: sums
     type(motion_sums_t) :: rows(n(2))
+
+    call find_row_sums(n, [1, n(2)], mass, x, v_before, v, rows)
+    sums = total_of(rows)
+  end function sums_of_motion
+
+  !> The sums of some of its rows.
+  subroutine find_row_sums(n, own, mass, x, v_before, v, rows)
+    integer, intent(in) :: n(3)              !! control points along each axis
+    integer, intent(in) :: own(2)            !! first and last row
+    real(wp), intent(in) :: mass(n(1), n(2), n(3))
+    real(wp), intent(in) :: x(n(1), n(2), n(3), 3)      !! positions now
+    real(wp), intent(in) :: v_before(n(1), n(2), n(3), 3), v(n(1), n(2), n(3), 3)
+    type(motion_sums_t), intent(out) :: rows(n(2))
     integer :: j, k
 
     !$omp parallel do schedule(static) private(k) if (product(n) > parallel_size)
-    do j = 1, n(2)
+    do j = own(1), own(2)
       do k = 1, n(3)
         call add_line(n, j, k, mass, x, v_before, v, rows(j))
       end do
     end do
     !$omp end parallel do
-    do j = 1, n(2)
+  end subroutine find_row_sums
+
+  !> Sum of those of the rows.
+  pure function total_of(rows) result(sums)
+    type(motion_sums_t), intent(in) :: rows(:)
+    type(motion_sums_t) :: sums
+    integer :: j
+
+    do j = 1, size(rows)
       sums%mass = sums%mass + rows(j)%mass
       sums%kinetic = sums%kinetic + rows(j)%kinetic
       sums%momentum = sums%momentum + rows(j)%momentum
       sums%magnitude = sums%magnitude + rows(j)%magnitude
       sums%angular_momentum = sums%angular_momentum + rows(j)%angular_momentum
     end do
-  end function sums_of_motion
+  end function total_of
 
   !> Add the points of a line along axis 1. Components are written out, as a loop over them would
   !! keep that over the points from vectorising.

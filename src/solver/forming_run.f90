@@ -12,7 +12,7 @@ module forming_run
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths, share_pairs, join_pairs
-  use row_sharing, only: share_own_rows, join_rows, know_rows, costs_of_rows, is_uneven
+  use row_sharing, only: share_own_rows, join_rows, know_rows, costs_of_rows, may_rows_move
   use effect, only: is_from_outside
   use prescribed_field, only: settle_fields
   use model, only: model_t, begin_next_step, apply_forces, increment_limit
@@ -298,8 +298,7 @@ contains
     end if
     call take_due_state(saver, model, run, results, is_end)
     is_last = is_end
-    is_moving = is_uneven(model, run)
-    if (is_last) is_moving = .true.
+    is_moving = may_rows_move(model, run, is_end)
     is_looking = is_frame .or. is_moving
     if (is_last) call look_at_points(model, run, is_everywhere=.true.)
     is_balanced = is_sample .or. saver%is_checking
@@ -309,7 +308,6 @@ contains
       is_through = moves_through(model) .and. .not. (is_balanced .or. is_looking)
       call update_velocities(model, run, is_balanced, is_through)
     end if
-    if (is_balanced .and. .not. is_last) call join_rows(model, run)
     if (is_balanced) call check_state(model, run, is_sample, error)
     if (.not. allocated(error)) call keep_verified(saver, model, run, results, log, error)
     if (run%is_file_lost .or. allocated(saver%stopped_by)) return
@@ -493,9 +491,14 @@ contains
 
     watch = merge(run%watch_output, run%watch_state, is_sample)
     call start_watch(model%timer, watch)
+    if (is_sample .and. size(model%probes) > 0) call join_rows(model, run)
     call take_balances(model, run, balance)
     is_first = run%n_steps == 0 .or. (run%n_steps <= first_steps .and. .not. model%step%is_static)
     call check_balance(model, balance, is_first, run%instant, run%control, error)
+    if (allocated(error)) then   ! whose place is known to who knows all rows
+      call join_rows(model, run)
+      call check_balance(model, balance, is_first, run%instant, run%control, error)
+    end if
     if (is_sample) run%balance = balance
     call stop_watch(model%timer, watch)
   end subroutine check_state

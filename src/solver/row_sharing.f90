@@ -11,7 +11,7 @@ module row_sharing
   implicit none
   private
 
-  public :: share_own_rows, join_rows, know_rows, costs_of_rows, is_uneven
+  public :: share_own_rows, join_rows, know_rows, costs_of_rows, may_rows_move
 
   real(wp), parameter :: uneven = 1.05_wp      ! work of the busiest process over the mean
   integer, parameter :: first_look = 64        ! increments before that is looked at
@@ -113,16 +113,17 @@ contains
     end do
   end function costs_of_rows
 
-  !> Is it time to look whether the processes have even shares of the work, and is it uneven? That
-  !! is looked at after ever more increments. All processes call it.
-  logical function is_uneven(model, run)
+  !> May rows change hands: at the end of a step of the deck, and where the processes have uneven
+  !! shares of the work, at which they look after ever more increments. All processes call it.
+  logical function may_rows_move(model, run, is_end) result(may_move)
     type(model_t), intent(in), target :: model
     type(run_t), intent(inout) :: run
+    logical, intent(in) :: is_end
     real(wp), allocatable :: works(:)
     real(wp) :: own(1)
 
-    is_uneven = .false.
-    if (.not. allocated(model%ranks) .or. model%step%is_static) return
+    may_move = is_end
+    if (may_move .or. .not. allocated(model%ranks) .or. model%step%is_static) return
     if (run%n_steps < max(run%look_at_shares, int(first_look, int64))) return
     run%look_at_shares = 2*run%n_steps
     associate (element => model%bodies%blank%parts(1)%element)
@@ -131,7 +132,7 @@ contains
     end associate
     allocate (works(model%ranks%n))
     call model%ranks%gather(spread(1, 1, model%ranks%n), own, works, .true.)
-    is_uneven = maxval(works)*size(works) > uneven*sum(works)
-  end function is_uneven
+    may_move = maxval(works)*size(works) > uneven*sum(works)
+  end function may_rows_move
 
 end module row_sharing

@@ -58,7 +58,7 @@ module run_state
     type(field_t), allocatable :: released(:)  !! forces that a static step ramps down, by patch
     type(field_t), allocatable :: pace(:)      !! velocities of its last increment, by patch
     type(field_t), allocatable :: origin(:)    !! control points when it began, by patch
-    integer(int64) :: look_at_shares = 0       !! step at which processes look at their shares of work
+    integer(int64) :: look_at_shares = 0       !! step: are the shares of work even?
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
     type(history_sample_t) :: sample

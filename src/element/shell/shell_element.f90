@@ -106,7 +106,6 @@ contains
                          error)
     if (allocated(error)) return
     element%is_surface = .true.
-    element%is_by_rows = .false.
     element%n_elements = element%patch%axes%n_elements
     element%n_evaluated = n_lanes*product(element%rule%n)*element%patch%n_blocks
     element%shortest = element%patch%shortest

@@ -15,7 +15,7 @@ module patch_outline
   private
 
   public :: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, carry_point_state, &
-            distances_inside
+            distances_inside, centre_of
 
 contains
 
@@ -205,5 +205,22 @@ contains
     if (allocated(patch%given)) &
       patch%given(lane, :, :, row, block) = old%given(from(2), :, :, from(3), from(1))
   end subroutine carry_point_state
+
+  !> The mean place of the control points of an element along the sheet, now.
+  pure function centre_of(patch, x, e) result(centre)
+    type(solid_patch_t), intent(in) :: patch
+    real(wp), intent(in) :: x(:, :, :, :)          !! control points [length]
+    integer, intent(in) :: e(2)                    !! element along axes 1 and 2
+    real(wp) :: centre(3)
+    integer :: first(2), last(2), c
+
+    first = [patch%axes(1)%first(e(1)), patch%axes(2)%first(e(2))]
+    last = first + patch%axes(:2)%degree
+    do c = 1, 3
+      associate (points => x(first(1):last(1), first(2):last(2), :, c))
+        centre(c) = sum(points)/size(points)
+      end associate
+    end do
+  end function centre_of
 
 end module patch_outline

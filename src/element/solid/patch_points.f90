@@ -11,13 +11,14 @@ module patch_points
   use basis_tables, only: n_lanes
   use element, only: jacobian_in_span, grid_number
   use solid_patch, only: solid_patch_t, block_t, block_at, cut_number, local_place, basis_at, &
-                         is_counted_lane, point_of_row, find_blocks_here
+                         is_counted_lane, point_of_row, find_blocks_here, element_of_lane, &
+                         place_of_point
   implicit none
   private
 
   public :: new_point_volumes, set_reference, determinant, inverse_rows
   public :: find_row_energies, set_clock, set_lanes
-  public :: new_given_fields, spread_to_points, carry_given
+  public :: new_given_fields, spread_to_points, carry_given, read_points_of, copy_points
 
 contains
 
@@ -309,5 +310,50 @@ contains
     end do
     values = values/total
   end subroutine interpolate
+
+  !> Equivalent plastic strain, stress and state of the points of the elements that are there.
+  subroutine read_points_of(patch, eqps_state, eqps, stress, state)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: eqps_state
+    real(wp), intent(inout) :: eqps(:, :, :, :, :, :)
+    real(wp), intent(inout) :: stress(:, :, :, :, :, :, :), state(:, :, :, :, :, :, :)
+    real(wp) :: one(1, size(eqps, 1), size(eqps, 2), size(eqps, 3))
+    integer :: block, lane, e(3)
+
+    !$omp parallel do schedule(static) private(lane, e, one)
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        if (.not. is_counted_lane(patch, block, lane)) cycle
+        e = element_of_lane(patch, block, lane)
+        call copy_points(patch, patch%stress(lane, :, :, :, block), &
+                         stress(:, :, :, :, e(1), e(2), e(3)))
+        call copy_points(patch, patch%state(lane, :, :, :, block), &
+                         state(:, :, :, :, e(1), e(2), e(3)))
+        if (eqps_state == 0) cycle
+        call copy_points(patch, &
+                         patch%state(lane, :, eqps_state:eqps_state, :, block), one)
+        eqps(:, :, :, e(1), e(2), e(3)) = one(1, :, :, :)
+      end do
+    end do
+    !$omp end parallel do
+  end subroutine read_points_of
+
+  !> From the order of the kernels, see `solid_patch_t`, to that of the axes; of more components
+  !! than there is room for the first.
+  pure subroutine copy_points(patch, kept, values)
+    type(solid_patch_t), intent(in) :: patch
+    real(wp), intent(in) :: kept(:, :, :)             !! of an element
+    real(wp), intent(inout) :: values(:, :, :, :)     !! (n, q1, q2, q3)
+    integer :: qa, qb, qc, at(2)
+
+    do qc = 1, size(values, 4)
+      do qb = 1, size(values, 3)
+        do qa = 1, size(values, 2)
+          at = place_of_point(patch, [qa, qb, qc])
+          values(:, qa, qb, qc) = kept(at(1), :size(values, 1), at(2))
+        end do
+      end do
+    end do
+  end subroutine copy_points
 
 end module patch_points

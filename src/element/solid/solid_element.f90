@@ -23,10 +23,11 @@ module solid_element
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
   use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
   use patch_outline, only: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, &
-                           carry_point_state, distances_inside
+                           carry_point_state, distances_inside, centre_of
   use tile_exchange, only: sum_of_blocks, pack_tiles, unpack_tiles, gather_reports, &
                            find_rows, costs_of_tiles
-  use patch_points, only: new_point_volumes, find_row_energies, new_given_fields, &
+  use patch_points, only: new_point_volumes, read_points_of, copy_points, find_row_energies, &
+                          new_given_fields, &
                           spread_to_points, carry_given
   use solid_forces, only: internal_forces, begin_forces, end_forces
   use solid_stiffness, only: block_trial_t, begin_trial, end_trial, owned_elements, move_column, &
@@ -80,8 +81,7 @@ module solid_element
     procedure :: work_all
     procedure :: work_own
     procedure :: rows_of_processes
-    procedure :: send_tiles
-    procedure :: receive_tiles
+    procedure :: pass_tiles
     procedure :: finish_forces
     procedure :: is_here
     procedure :: add_traffic
@@ -194,26 +194,11 @@ contains
       end do
     end do
     if (self%ties%farthest > most_away) call fail(error, "curves that leave a part of the "// &
-      "sheet narrower than an element at "//place_text(centre_of(self, self%ties%lonely))// &
+      "sheet narrower than an element at "//place_text(centre_of(self%patch, &
+      self%motion%x, self%ties%lonely))// &
       ": nothing within "//to_text(most_away)//" elements has more than "// &
       rounded_text(100.0_wp*least)//" % of its area inside")
   end subroutine trim
-
-  !> The mean place of the control points of an element along the sheet, now.
-  pure function centre_of(self, e) result(x)
-    class(solid_element_t), intent(in) :: self
-    integer, intent(in) :: e(2)
-    real(wp) :: x(3)
-    integer :: first(2), last(2), c
-
-    first = [self%patch%axes(1)%first(e(1)), self%patch%axes(2)%first(e(2))]
-    last = first + self%grid%axes(:2)%degree
-    do c = 1, 3
-      associate (points => self%motion%x(first(1):last(1), first(2):last(2), :, c))
-        x(c) = sum(points)/size(points)
-      end associate
-    end do
-  end function centre_of
 
   !> What an outline keeps, without stress: the patch and `least_share` alone are set.
   subroutine cut_at_rest(self, moments, law, cut, error)
@@ -315,30 +300,24 @@ contains
     class(solid_element_t), intent(in) :: self
     integer, allocatable, intent(out) :: last_of(:), moved_by(:, :)
 
-    if (self%is_by_rows) call find_rows(self%patch, last_of, moved_by)
+    if (self%is_by_rows .and. .not. self%is_surface) call find_rows(self%patch, last_of, moved_by)
   end subroutine rows_of_processes
 
-  subroutine send_tiles(self, partner, parcel)
-    class(solid_element_t), intent(in) :: self
-    integer, intent(in) :: partner
-    type(parcel_t), intent(inout) :: parcel
-
-    if (allocated(self%reports)) &
-      call pack_tiles(self%patch, self%motion%rows%moved_by(:, partner + 1), self%buffers, parcel, &
-                      self%motion%internal_force)
-  end subroutine send_tiles
-
-  subroutine receive_tiles(self, partner, parcel)
+  subroutine pass_tiles(self, partner, is_sent, parcel)
     class(solid_element_t), intent(inout) :: self
     integer, intent(in) :: partner
+    logical, intent(in) :: is_sent
     type(parcel_t), intent(inout) :: parcel
 
-    associate (rows => self%motion%rows)
-      if (allocated(self%reports)) &
-        call unpack_tiles(self%patch, partner, [rows%first, rows%last], self%buffers, parcel, &
-                          self%motion%internal_force)
+    if (.not. allocated(self%reports)) return
+    associate (rows => self%motion%rows, force => self%motion%internal_force)
+      if (is_sent) then
+        call pack_tiles(self%patch, rows%moved_by(:, partner + 1), self%buffers, parcel, force)
+      else
+        call unpack_tiles(self%patch, partner, [rows%first, rows%last], self%buffers, parcel, force)
+      end if
     end associate
-  end subroutine receive_tiles
+  end subroutine pass_tiles
 
   subroutine finish_forces(self, report)
     class(solid_element_t), intent(inout) :: self
@@ -634,25 +613,8 @@ contains
     integer, intent(in) :: eqps_state
     real(wp), intent(inout) :: eqps(:, :, :, :, :, :)
     real(wp), intent(inout) :: stress(:, :, :, :, :, :, :), state(:, :, :, :, :, :, :)
-    real(wp) :: one(1, size(eqps, 1), size(eqps, 2), size(eqps, 3))
-    integer :: block, lane, e(3)
 
-    !$omp parallel do schedule(static) private(lane, e, one)
-    do block = 1, self%patch%n_blocks
-      do lane = 1, n_lanes
-        if (.not. is_counted_lane(self%patch, block, lane)) cycle
-        e = element_of_lane(self%patch, block, lane)
-        call copy_points(self%patch, self%patch%stress(lane, :, :, :, block), &
-                         stress(:, :, :, :, e(1), e(2), e(3)))
-        call copy_points(self%patch, self%patch%state(lane, :, :, :, block), &
-                         state(:, :, :, :, e(1), e(2), e(3)))
-        if (eqps_state == 0) cycle
-        call copy_points(self%patch, &
-                         self%patch%state(lane, :, eqps_state:eqps_state, :, block), one)
-        eqps(:, :, :, e(1), e(2), e(3)) = one(1, :, :, :)
-      end do
-    end do
-    !$omp end parallel do
+    call read_points_of(self%patch, eqps_state, eqps, stress, state)
     if (self%patch%lanes%is_trimmed) call read_outside(self, eqps_state, eqps, stress, state)
   end subroutine read_points
 
@@ -690,24 +652,6 @@ contains
     call copy_points(self%patch, self%patch%stress(at(2), :, :, :, at(1)), stress)
     call copy_points(self%patch, self%patch%state(at(2), :, :, :, at(1)), state)
   end subroutine read_element
-
-  !> From the order of the kernels, see `solid_patch_t`, to that of the axes; of more components
-  !! than there is room for the first.
-  pure subroutine copy_points(patch, kept, values)
-    type(solid_patch_t), intent(in) :: patch
-    real(wp), intent(in) :: kept(:, :, :)             !! of an element
-    real(wp), intent(inout) :: values(:, :, :, :)     !! (n, q1, q2, q3)
-    integer :: qa, qb, qc, at(2)
-
-    do qc = 1, size(values, 4)
-      do qb = 1, size(values, 3)
-        do qa = 1, size(values, 2)
-          at = place_of_point(patch, [qa, qb, qc])
-          values(:, qa, qb, qc) = kept(at(1), :size(values, 1), at(2))
-        end do
-      end do
-    end do
-  end subroutine copy_points
 
   !> In all lanes that work the element.
   pure subroutine set_state(self, element, point, values)
