@@ -6,6 +6,7 @@ module process_report
   use timer, only: ticks_to_seconds
   use ranks, only: ranks_t, traffic_t, sum_traffic
   use model, only: model_t
+  use row_shares, only: row_shares_t
   use contact_effect, only: contact_view_t, contact_pairs
   implicit none
   private
@@ -44,49 +45,62 @@ contains
     end do
   end function process_line
 
-  !> Balance of the work, and what was exchanged. All processes call it.
+  !> Who moved what, balance of the work, and what was exchanged. All processes call it.
   function process_lines(model, wall_seconds) result(lines)
     type(model_t), intent(in), target :: model   !! with processes
     real(wp), intent(in) :: wall_seconds         !! of all steps
     type(string_t), allocatable :: lines(:)
     type(contact_view_t), allocatable :: pairs(:)
-    type(traffic_t) :: elements, contacts
-    real(wp) :: own(2), joined(2*model%ranks%n), works(2, model%ranks%n)
-    real(wp) :: waiting(1), waits(model%ranks%n)
+    type(traffic_t) :: traffic
+    integer(int64) :: n_evaluations
+    real(wp) :: own(4), joined(4*model%ranks%n), all_values(4, model%ranks%n)
     integer :: i
 
     own = 0.0_wp
+    call model%bodies%blank%parts(1)%element%add_traffic(traffic)
+    ! Each of them makes one exchange there, or with rows of their own here.
+    n_evaluations = max(1_int64, traffic%n_calls + model%bodies%blank%traffic%n_calls)
+    traffic = model%bodies%blank%traffic
     do i = 1, size(model%bodies%blank%parts)
       own(1) = own(1) + sum(model%bodies%blank%parts(i)%element%tile_costs([real(wp) ::]))
-      call model%bodies%blank%parts(i)%element%add_traffic(elements)
+      call model%bodies%blank%parts(i)%element%add_traffic(traffic)
     end do
     pairs = [contact_pairs(model%forces), contact_pairs(model%retired)]
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair%pair)
         if (allocated(pair%ticks)) own(2) = own(2) + sum(real(pair%ticks, wp))
-        call sum_traffic(pair%traffic, contacts)
+        call sum_traffic(pair%traffic, traffic)
       end associate
     end do
-    call model%ranks%gather(spread(2, 1, model%ranks%n), own, joined, .true.)
-    works = reshape(joined, shape(works))
-    waiting = ticks_to_seconds(elements%ticks + contacts%ticks)
-    call model%ranks%gather(spread(1, 1, model%ranks%n), waiting, waits, .true.)
+    own(3) = 8.0e-3_wp*traffic%n_values/n_evaluations
+    own(4) = ticks_to_seconds(traffic%ticks)
+    call model%ranks%gather(spread(4, 1, model%ranks%n), own, joined, .true.)
+    all_values = reshape(joined, shape(all_values))
     allocate (lines(0))
+    call append_text(lines, rows_line(model%bodies%blank%parts(1)%element%motion%rows, &
+                                      size(model%bodies%blank%parts(1)%element%mass, 2)))
     call append_text(lines, "balance    work of the busiest process over the mean: elements "// &
-                     ratio(works(1, :))//", contact "//ratio(works(2, :)))
-    call append_text(lines, "exchange   "//per_call(elements)//" kB of forces in each "// &
-      "evaluation, "//per_call(contacts)//" kB for each exchange of contact, "// &
-      rounded_text(minval(waits))//" to "//rounded_text(maxval(waits))//" s of "// &
-      rounded_text(wall_seconds)//" s in the processes, waiting for each other included")
+                     ratio(all_values(1, :))//", contact "//ratio(all_values(2, :))// &
+                     ", together "//ratio(sum(all_values(:2, :), 1)))
+    call append_text(lines, "exchange   up to "//rounded_text(maxval(all_values(3, :)))// &
+      " kB received by a process in each increment, "//rounded_text(minval(all_values(4, :)))// &
+      " to "//rounded_text(maxval(all_values(4, :)))//" s of "//rounded_text(wall_seconds)// &
+      " s in the processes, waiting for each other included")
   end function process_lines
 
-  !> What an exchange brings to each process [kB].
-  function per_call(traffic) result(words)
-    type(traffic_t), intent(in) :: traffic
-    character(:), allocatable :: words
+  !> How many rows of control points the processes move.
+  pure function rows_line(rows, n) result(line)
+    type(row_shares_t), intent(in) :: rows       !! as they were shared last
+    integer, intent(in) :: n                     !! all of them
+    character(:), allocatable :: line
 
-    words = rounded_text(8.0e-3_wp*traffic%n_values/max(1_int64, traffic%n_calls))
-  end function per_call
+    line = "rows       each process moves all control points"
+    if (.not. allocated(rows%last_of)) return
+    associate (moved => rows%moved_by(2, :) - rows%moved_by(1, :) + 1)
+      line = "rows       of "//to_text(n)//" rows of control points each process moves "// &
+             to_text(minval(moved))//" to "//to_text(maxval(moved))
+    end associate
+  end function rows_line
 
   !> The largest over the mean.
   function ratio(works) result(words)

@@ -36,8 +36,8 @@ module contact
   private
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, &
-            carry_contact, schedule_tests, press_contact, add_touching, sum_contact, &
-            is_worked_here
+            carry_contact, schedule_tests, press_contact, add_touching, find_bands, &
+            sum_contact, is_worked_here
 
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
@@ -205,8 +205,11 @@ contains
     real(wp), intent(out) :: max_penetration    !! deepest -g of touching points, 0: none [length]
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
 
+    type(tile_result_t) :: bands(size(contact%tiles)/contact%n_across)
+
     call press_contact(contact, tool, x, force, dt)
-    call sum_contact(contact, tool, energy, max_penetration)
+    call find_bands(contact, bands)
+    call sum_contact(contact, tool, energy, max_penetration, bands)
   end subroutine apply_contact
 
   !> The first half of the same: test the points. Where processes move but some of the rows, those
@@ -340,28 +343,28 @@ contains
     !$omp end do nowait
   end subroutine add_tile_forces
 
-  !> The second half: what the tiles that were due found, band by band of tiles along the rows of
-  !! the face, and these in their order.
-  subroutine sum_contact(contact, tool, energy, max_penetration)
-    type(contact_t), intent(inout) :: contact
-    type(tool_t), intent(inout) :: tool
-    real(wp), intent(out) :: energy, max_penetration
-    type(tile_result_t) :: bands(size(contact%tiles)/contact%n_across), total
-    real(wp) :: idle(size(bands))
-    integer :: t, b
+  !> What the tiles that are worked here found, band by band of tiles along the rows of the face.
+  pure subroutine find_bands(contact, bands)
+    type(contact_t), intent(in) :: contact
+    type(tile_result_t), intent(out) :: bands(size(contact%tiles)/contact%n_across)
+    integer :: t
 
     do t = 1, size(contact%tiles)
       if (.not. contact%is_due(t)) cycle
-      if (contact%rows%is_shared) then
-        if (.not. is_worked_here(contact, t)) cycle
-      end if
+      if (contact%rows%is_shared .and. .not. is_worked_here(contact, t)) cycle
       call add_result(contact%results(t), bands((t - 1)/contact%n_across + 1))
     end do
-    if (contact%rows%is_shared) then
-      idle = 0.0_wp
-      call exchange_results(contact%ranks, contact%owners(::contact%n_across), idle, bands, &
-                            contact%traffic)
-    end if
+  end subroutine find_bands
+
+  !> The second half: what the tiles that were due found, in the order of their bands.
+  subroutine sum_contact(contact, tool, energy, max_penetration, bands)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(inout) :: tool
+    real(wp), intent(out) :: energy, max_penetration
+    type(tile_result_t), intent(in) :: bands(:)   !! all of them
+    type(tile_result_t) :: total
+    integer :: b
+
     do b = 1, size(bands)
       call add_result(bands(b), total)
     end do

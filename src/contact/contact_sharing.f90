@@ -7,13 +7,13 @@ module contact_sharing
   use parcel, only: parcel_t, pack_values, unpack_values
   use row_shares, only: row_shares_t, know_all_rows, gather_rows
   use contact_tiles, only: tile_t
-  use contact, only: contact_t, is_worked_here
-  use tile_results, only: gather_points
+  use contact, only: contact_t, is_worked_here, find_bands
+  use tile_results, only: tile_result_t, n_result_numbers, numbers_of, result_of, gather_points
   implicit none
   private
 
   public :: share_contact, join_contact, last_rows, send_touching, receive_touching, &
-            add_row_costs
+            add_row_costs, send_bands, receive_bands, n_band_numbers
 
   integer, parameter :: n_values = 16    ! of a point that pass
 
@@ -127,6 +127,52 @@ contains
       end associate
     end do
   end subroutine receive_touching
+
+  !> What all have to know of the tiles of this process: what its bands of them found.
+  subroutine send_bands(contact, parcel)
+    type(contact_t), intent(in) :: contact
+    type(parcel_t), intent(inout) :: parcel
+    type(tile_result_t) :: bands(size(contact%tiles)/contact%n_across)
+    integer :: b
+
+    call find_bands(contact, bands)
+    do b = 1, size(bands)
+      if (owner_of_band(contact, b) == contact%ranks%number) &
+        call pack_values(parcel, numbers_of(bands(b)))
+    end do
+  end subroutine send_bands
+
+  !> The same of a process, out of its parcel.
+  pure subroutine receive_bands(contact, process, parcel, bands)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: process                      !! its number
+    type(parcel_t), intent(inout) :: parcel
+    type(tile_result_t), intent(inout) :: bands(:)      !! of all processes
+    real(wp) :: numbers(n_result_numbers)
+    integer :: b
+
+    do b = 1, size(bands)
+      if (owner_of_band(contact, b) /= process) cycle
+      call unpack_values(parcel, numbers)
+      bands(b) = result_of(numbers)
+    end do
+  end subroutine receive_bands
+
+  !> How many numbers that makes.
+  pure integer function n_band_numbers(contact, process) result(n)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: process
+
+    n = n_result_numbers*count(contact%owners(::contact%n_across) == process)
+  end function n_band_numbers
+
+  !> Process that works a band of tiles, where each moves but some of the rows.
+  pure integer function owner_of_band(contact, band) result(owner)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: band
+
+    owner = contact%owners((band - 1)*contact%n_across + 1)
+  end function owner_of_band
 
   !> Does a tile touch some of the rows?
   pure logical function reaches(tile, rows)

@@ -10,6 +10,7 @@ module tile_results
 
   public :: contact_statistics_t, tile_result_t, count_iterations
   public :: add_result, add_counts, exchange_results, exchange_forces, gather_points
+  public :: numbers_of, result_of
 
   !> Counts over all calls; `n_touching` of the last call.
   type :: contact_statistics_t
@@ -33,7 +34,8 @@ module tile_results
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
-  integer, parameter :: n_numbers = 17     ! of a result, with the travel of the next test
+  integer, parameter, public :: n_result_numbers = 16
+  integer, parameter :: n_numbers = n_result_numbers + 1   ! with the travel of the next test
 
 contains
 
@@ -127,9 +129,10 @@ contains
     end do
   end subroutine exchange_results
 
+  !> A result as numbers.
   pure function numbers_of(result) result(numbers)
     type(tile_result_t), intent(in) :: result
-    real(wp) :: numbers(n_numbers - 1)
+    real(wp) :: numbers(n_result_numbers)
 
     associate (counts => result%counts)
       numbers = [result%energy, result%depth, result%reaction, result%slip_work, result%damped, &
@@ -140,8 +143,9 @@ contains
     end associate
   end function numbers_of
 
+  !> And back.
   pure function result_of(numbers) result(found)
-    real(wp), intent(in) :: numbers(n_numbers - 1)
+    real(wp), intent(in) :: numbers(n_result_numbers)
     type(tile_result_t) :: found
 
     found%energy = numbers(1)

@@ -110,6 +110,7 @@ module element
     procedure :: work_own => keep_all
     procedure :: rows_of_processes => all_rows
     procedure :: pass_tiles => nothing_to_pass
+    procedure :: pass_reports => nothing_to_report
     procedure :: finish_forces => forces_are_there
     procedure :: is_here => is_known
     procedure :: add_traffic => no_traffic
@@ -658,11 +659,11 @@ contains
   end subroutine keep_all
 
   !> Rows of control points, along axis 2, where processes may move but some of them: the last own
-  !! one of each process, and first and last row that its tiles touch, (2, processes). Not
-  !! allocated: each moves all.
-  subroutine all_rows(self, last_of, moved_by)
-    class(element_t), intent(in) :: self
-    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :)
+  !! one of each process, first and last row that its tiles touch, (2, processes), and how many
+  !! numbers they report. Not allocated: each moves all.
+  subroutine all_rows(self, last_of, moved_by, n_reported)
+    class(element_t), intent(inout) :: self
+    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :), n_reported(:)
   end subroutine all_rows
 
   !> Where processes move but some of the rows, `forces` leaves those of the tiles as they are until
@@ -675,7 +676,16 @@ contains
     type(parcel_t), intent(inout) :: parcel     !! the next values in it
   end subroutine nothing_to_pass
 
-  !> The forces of all tiles are there: add them up, and report. Elsewhere that has been done.
+  !> The same of what all have to know: the reports of the tiles of a process, which only itself
+  !! sends.
+  subroutine nothing_to_report(self, process, is_sent, parcel)
+    class(element_t), intent(inout) :: self
+    integer, intent(in) :: process              !! its number
+    logical, intent(in) :: is_sent
+    type(parcel_t), intent(inout) :: parcel
+  end subroutine nothing_to_report
+
+  !> Forces and reports of all tiles are there: add them up. Elsewhere that has been done.
   subroutine forces_are_there(self, report)
     class(element_t), intent(inout) :: self
     type(force_report_t), intent(inout) :: report

@@ -19,6 +19,7 @@ module row_shares
     integer, allocatable :: last_of(:)              !! last own row of each of them
     integer, allocatable :: moved_by(:, :)          !! first and last row that each moves, (2, n)
     integer, allocatable :: partners(:)             !! numbers of those that move some of its rows
+    integer, allocatable :: n_reported(:)           !! numbers of elements that each has for all
   end type row_shares_t
 
 contains

@@ -6,7 +6,7 @@ module boundary
   use motion_curve, only: curve_value, curve_integral, start_curve
   use knot_vector, only: span_table
   use element, only: element_t, part_t
-  use row_shares, only: gather_row_values
+  use row_shares, only: row_shares_t, gather_row_values
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
   use row_tie, only: row_tie_t, leave_cut_groups
@@ -14,7 +14,7 @@ module boundary
   private
 
   public :: any_moving, way_of_supports, prescribed_components, move_supports, take_reactions, &
-            leave_cut_points, is_there
+            leave_cut_points, is_there, sum_supports
 
   !> One component of a list of control points with a common velocity. Applied to the velocities
   !! of the half step, so the control points follow the curve exactly; the reaction is what the
@@ -29,6 +29,9 @@ module boundary
     real(wp) :: velocity = 0.0_wp               !! times the curve
     real(wp) :: moved = 0.0_wp                  !! displacement of the last step
     logical :: is_catching = .false.            !! it takes hold of points that move
+    !> Momentum that the points lacked at the last call, by row of control points along axis 2, of
+    !! all patches together.
+    real(wp), allocatable :: lacks(:)
   contains
     procedure :: apply
     procedure :: carry => carry_boundary
@@ -232,29 +235,60 @@ contains
     class(boundary_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
-    real(wp) :: velocity, total
-    real(wp), allocatable :: lacks(:)
+    real(wp) :: velocity
     integer :: p, n
 
     if (self%is_catching) call count_catch(self, bodies, instant)
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
-    lacks = no_values(self, bodies%blank%parts)
+    self%lacks = no_values(self, bodies%blank%parts)
     p = 1
     do while (p <= size(self%points, 2))
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
                  c => self%component, body => bodies%blank%parts(self%part(p))%element)
         n = row_length(self, p, size(body%mass, 1))
         if (j >= body%motion%rows%first .and. j <= body%motion%rows%last) &
-          call hold_row(n, velocity, body%mass(i, j, k), body%motion%v(i, j, k, c), lacks(j))
+          call hold_row(n, velocity, body%mass(i, j, k), body%motion%v(i, j, k, c), self%lacks(j))
       end associate
       p = p + n
     end do
-    total = sum_of_rows(bodies%blank%parts, lacks)/instant%dt_mean
+    if (.not. bodies%blank%parts(1)%element%motion%rows%is_shared) call sum_up(self, instant)
+  end subroutine apply
+
+  !> The reaction and its work, when the momentum of all rows is there.
+  pure subroutine sum_up(self, instant)
+    type(boundary_t), intent(inout) :: self
+    type(instant_t), intent(in) :: instant
+    real(wp) :: total
+
+    total = sum(self%lacks)/instant%dt_mean
     self%external_work = self%external_work &
                          + 0.5_wp*(self%force(self%component) + total)*self%moved
     self%force(self%component) = total
-    self%moved = velocity*instant%dt
-  end subroutine apply
+    self%moved = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)*instant%dt
+  end subroutine sum_up
+
+  !> Where processes move but some of the rows: the reactions of all supports, which have acted.
+  subroutine sum_supports(supports, rows, instant)
+    type(effect_slot_t), intent(inout) :: supports(:)
+    type(row_shares_t), intent(in) :: rows
+    type(instant_t), intent(in) :: instant
+    real(wp), allocatable :: values(:, :)
+    integer :: i, stage
+
+    allocate (values(size(supports), rows%last_of(size(rows%last_of))), source=0.0_wp)
+    do stage = 1, 2
+      do i = 1, size(supports)
+        select type (item => supports(i)%item)
+        type is (boundary_t)
+          if (stage == 1) values(i, :) = item%lacks
+          if (stage == 1) cycle
+          item%lacks = values(i, :)
+          call sum_up(item, instant)
+        end select
+      end do
+      if (stage == 1) call gather_row_values(rows, values)
+    end do
+  end subroutine sum_supports
 
   !> A zero for each row of control points along axis 2 that points lie in, of all patches together.
   pure function no_values(self, parts) result(values)
@@ -268,22 +302,6 @@ contains
     if (parts(1)%element%motion%rows%is_shared) n = size(parts(1)%element%mass, 2)
     allocate (values(n), source=0.0_wp)
   end function no_values
-
-  !> Sum of numbers of rows, of which processes that move but some of the rows have their own.
-  real(wp) function sum_of_rows(parts, values) result(total)
-    type(part_t), intent(in) :: parts(:)
-    real(wp), intent(inout) :: values(:)
-    real(wp) :: all_values(1, size(values))
-
-    associate (rows => parts(1)%element%motion%rows)
-      if (rows%is_shared) then
-        all_values(1, :) = values
-        call gather_row_values(rows, all_values)
-        values = all_values(1, :)
-      end if
-    end associate
-    total = sum(values)
-  end function sum_of_rows
 
   !> How many points from point `p` of the list on follow each other in the arrays: all to the end
   !! of the row along axis 1, or else this one alone.
@@ -330,7 +348,7 @@ contains
     type(assembly_t), intent(in) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp) :: velocity, before, dt_before
-    real(wp), allocatable :: works(:)
+    real(wp), allocatable :: works(:), all_works(:, :)
     integer :: p
 
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
@@ -347,7 +365,14 @@ contains
         end associate
       end associate
     end do
-    self%external_work = self%external_work + sum_of_rows(bodies%blank%parts, works)
+    associate (rows => bodies%blank%parts(1)%element%motion%rows)
+      if (rows%is_shared) then
+        all_works = reshape(works, [1, size(works)])
+        call gather_row_values(rows, all_works)
+        works = all_works(1, :)
+      end if
+    end associate
+    self%external_work = self%external_work + sum(works)
     self%is_catching = .false.
   end subroutine count_catch
 

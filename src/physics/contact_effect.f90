@@ -10,8 +10,9 @@ module contact_effect
   use nurbs_solid, only: face_axes
   use secondary_surface, only: secondary_surface_t, scatter_forces, areas_inside
   use tool, only: tool_t, to_tool_frame, torque_of
-  use contact, only: contact_t, press_contact, add_touching, sum_contact, carry_contact, &
-                     schedule_tests
+  use contact, only: contact_t, press_contact, add_touching, find_bands, sum_contact, &
+                     carry_contact, schedule_tests
+  use tile_results, only: tile_result_t
   use contact_trim, only: trim_contact
   use contact_sharing, only: share_contact, join_contact
   use ranks, only: ranks_t
@@ -270,6 +271,7 @@ contains
     class(contact_effect_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
+    type(tile_result_t) :: bands(size(self%pair%tiles)/self%pair%n_across)
     real(wp) :: couple(3, 3)
 
     self%pair%is_static = instant%is_static
@@ -281,20 +283,23 @@ contains
         call press_layer(self, tool, instant%dt, bodies%blank%parts(self%part)%element%motion, &
                          couple)
       end if
-      if (.not. self%pair%rows%is_shared) call sum_pair(self, tool, instant%dt, couple)
+      if (self%pair%rows%is_shared) return
+      call find_bands(self%pair, bands)
+      call sum_pair(self, tool, instant%dt, couple, bands)
     end associate
   end subroutine apply
 
   !> What the pair does to the tool, and its work.
-  subroutine sum_pair(self, tool, dt, couple)
+  subroutine sum_pair(self, tool, dt, couple, bands)
     type(contact_effect_t), intent(inout) :: self
     type(tool_t), intent(inout) :: tool
     real(wp), intent(in) :: dt                  !! since the last call [time]
     real(wp), intent(in) :: couple(3, 3)        !! of a tool that turns, else 0
+    type(tile_result_t), intent(in) :: bands(:) !! of its contact points
     real(wp) :: before(3), on_blank(3)
 
     before = tool%force
-    call sum_contact(self%pair, tool, self%energy, self%depth)
+    call sum_contact(self%pair, tool, self%energy, self%depth, bands)
     self%max_penetration = max(self%max_penetration, self%depth)
     self%has_touched = self%has_touched .or. self%depth > 0.0_wp
     if (allocated(self%fields)) then
@@ -314,17 +319,19 @@ contains
     self%couple = couple
   end subroutine sum_pair
 
-  !> Where processes move but some of the rows: the forces of all tiles are there.
-  subroutine finish_pair(pair, bodies, dt)
+  !> Where processes move but some of the rows: the forces of all tiles are there, and what their
+  !! bands found.
+  subroutine finish_pair(pair, bodies, dt, bands)
     type(contact_effect_t), intent(inout) :: pair
     type(assembly_t), intent(inout) :: bodies
     real(wp), intent(in) :: dt                  !! since the last call [time]
+    type(tile_result_t), intent(in) :: bands(:)
     real(wp), parameter :: no_couple(3, 3) = 0.0_wp
 
     associate (force => bodies%blank%parts(pair%part)%element%motion%external_force)
       call add_touching(pair%pair, force(:, :, pair%lower(3), :))
     end associate
-    call sum_pair(pair, bodies%tools(pair%tool), dt, no_couple)
+    call sum_pair(pair, bodies%tools(pair%tool), dt, no_couple, bands)
   end subroutine finish_pair
 
   !> Press a layer of control points, where it is.

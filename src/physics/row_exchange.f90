@@ -2,16 +2,23 @@
 !! elements and contact points, and the others need what these do to rows that they move as well.
 !! Everybody gets it as it is, and adds it in the same order as one process does.
 module row_exchange
-  use parcel, only: empty_parcel
-  use ranks, only: pass_counted
-  use blank, only: assembly_t
+  use parcel, only: parcel_t, empty_parcel
+  use ranks, only: pass_counted, gather_counted
+  use blank, only: blank_t, assembly_t
   use effect, only: effect_slot_t, instant_t
   use contact_effect, only: contact_view_t, contact_pairs, finish_pair
-  use contact_sharing, only: send_touching, receive_touching
+  use contact_sharing, only: send_touching, receive_touching, send_bands, receive_bands, &
+                             n_band_numbers
+  use tile_results, only: tile_result_t
   implicit none
   private
 
   public :: exchange_rows
+
+  !> What the bands of tiles of a contact pair found.
+  type :: bands_t
+    type(tile_result_t), allocatable :: bands(:)
+  end type bands_t
 
 contains
 
@@ -21,16 +28,35 @@ contains
     type(effect_slot_t), intent(inout), target :: forces(:)
     type(instant_t), intent(in) :: instant
     type(contact_view_t), allocatable :: pairs(:)
-    integer :: i, k
+    type(bands_t), allocatable :: found(:)
+    integer :: k
 
     pairs = contact_pairs(forces)
-    associate (blank => bodies%blank, element => bodies%blank%parts(1)%element, &
-               partners => bodies%blank%parts(1)%element%motion%rows%partners)
-      if (.not. allocated(blank%sent)) then
-        associate (n => element%motion%rows%ranks%n)
-          allocate (blank%sent(n), blank%received(n))
-        end associate
-      end if
+    allocate (found(size(pairs)))
+    do k = 1, size(pairs)
+      associate (contact => pairs(k)%pair%pair)
+        allocate (found(k)%bands(size(contact%tiles)/contact%n_across))
+      end associate
+    end do
+    call pass_forces(bodies%blank, pairs)
+    call gather_findings(bodies%blank, pairs, found)
+    call bodies%blank%parts(1)%element%finish_forces(bodies%blank%report)
+    do k = 1, size(pairs)
+      call finish_pair(pairs(k)%pair, bodies, instant%dt, found(k)%bands)
+    end do
+  end subroutine exchange_rows
+
+  !> Forces on the rows that a partner moves as well, to it and from it.
+  subroutine pass_forces(blank, pairs)
+    type(blank_t), intent(inout) :: blank
+    type(contact_view_t), intent(in) :: pairs(:)
+    integer, allocatable :: partners(:)
+    integer :: i, k
+
+    associate (element => blank%parts(1)%element, rows => blank%parts(1)%element%motion%rows)
+      partners = rows%partners
+      if (.not. allocated(blank%sent)) allocate (blank%sent(rows%ranks%n), &
+                                                 blank%received(rows%ranks%n))
       do i = 1, size(partners)
         call empty_parcel(blank%sent(i), 0)
         call element%pass_tiles(partners(i), .true., blank%sent(i))
@@ -38,20 +64,42 @@ contains
           call send_touching(pairs(k)%pair%pair, partners(i), blank%sent(i))
         end do
       end do
-      call pass_counted(element%motion%rows%ranks, partners, blank%sent, blank%received, &
-                        blank%traffic)
-      blank%traffic%n_calls = blank%traffic%n_calls + 1
+      call pass_counted(rows%ranks, partners, blank%sent, blank%received, blank%traffic)
       do i = 1, size(partners)
         call element%pass_tiles(partners(i), .false., blank%received(i))
         do k = 1, size(pairs)
           call receive_touching(pairs(k)%pair%pair, partners(i), blank%received(i))
         end do
       end do
-      call element%finish_forces(blank%report)
     end associate
-    do k = 1, size(pairs)
-      call finish_pair(pairs(k)%pair, bodies, instant%dt)
-    end do
-  end subroutine exchange_rows
+  end subroutine pass_forces
+
+  !> What the tiles of elements and the bands of contact points found, to all processes.
+  subroutine gather_findings(blank, pairs, found)
+    type(blank_t), intent(inout) :: blank
+    type(contact_view_t), intent(in) :: pairs(:)
+    type(bands_t), intent(inout) :: found(:)      !! of each pair
+    type(parcel_t) :: own, joined
+    integer, allocatable :: counts(:)
+    integer :: k, r
+
+    associate (element => blank%parts(1)%element, rows => blank%parts(1)%element%motion%rows)
+      counts = rows%n_reported
+      call empty_parcel(own, 0)
+      call element%pass_reports(rows%ranks%number, .true., own)
+      do k = 1, size(pairs)
+        call send_bands(pairs(k)%pair%pair, own)
+        counts = counts + [(n_band_numbers(pairs(k)%pair%pair, r), r=0, size(counts) - 1)]
+      end do
+      call empty_parcel(joined, sum(counts))
+      call gather_counted(rows%ranks, counts, own%values, joined%values, blank%traffic)
+      do r = 0, size(counts) - 1
+        call element%pass_reports(r, .false., joined)
+        do k = 1, size(pairs)
+          call receive_bands(pairs(k)%pair%pair, r, joined, found(k)%bands)
+        end do
+      end do
+    end associate
+  end subroutine gather_findings
 
 end module row_exchange

@@ -6,6 +6,7 @@ module central_difference
   use kinds, only: wp
   use timer, only: start_watch, stop_watch
   use effect, only: apply_effects
+  use boundary, only: sum_supports
   use body_parts, only: has_edges, lead_edges
   use model, only: model_t
   use row_shares, only: row_shares_t
@@ -120,6 +121,10 @@ contains
     call add_impulse(run%balance, model%forces, run%instant%dt_mean)
     call stop_watch(model%timer, run%watch_motion)
     call apply_effects(model%supports, model%timer, model%bodies, run%instant)
+    associate (rows => model%bodies%blank%parts(1)%element%motion%rows)
+      if (rows%is_shared .and. size(model%supports) > 0) &
+        call sum_supports(model%supports, rows, run%instant)
+    end associate
     call lead_edges(model%bodies%blank%parts)
     call add_impulse(run%balance, model%supports, run%instant%dt_mean)
   end subroutine update_velocities

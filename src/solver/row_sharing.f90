@@ -24,7 +24,7 @@ contains
     type(model_t), intent(inout), target :: model      !! with processes that share the tiles
     logical, intent(in) :: may_move
     type(contact_view_t), allocatable :: pairs(:)
-    integer, allocatable :: last_of(:), moved_by(:, :)
+    integer, allocatable :: last_of(:), moved_by(:, :), n_reported(:)
     integer :: i
 
     associate (element => model%bodies%blank%parts(1)%element)
@@ -34,13 +34,14 @@ contains
       end if
       if (allocated(element%motion%rows%last_of)) deallocate (element%motion%rows%last_of)
       if (.not. is_by_rows(model)) return
-      call element%rows_of_processes(last_of, moved_by)
+      call element%rows_of_processes(last_of, moved_by, n_reported)
       if (.not. allocated(last_of)) return
       pairs = contact_pairs(model%forces)
       do i = 1, size(pairs)
         moved_by(2, :) = max(moved_by(2, :), last_rows(pairs(i)%pair%pair, last_of))
       end do
       call share_rows(element%motion%rows, model%ranks, last_of, moved_by)
+      element%motion%rows%n_reported = n_reported
     end associate
   end subroutine share_own_rows
 

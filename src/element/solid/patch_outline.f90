@@ -15,7 +15,7 @@ module patch_outline
   private
 
   public :: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, carry_point_state, &
-            distances_inside, centre_of
+            carry_points, distances_inside, centre_of
 
 contains
 
@@ -205,6 +205,24 @@ contains
     if (allocated(patch%given)) &
       patch%given(lane, :, :, row, block) = old%given(from(2), :, :, from(3), from(1))
   end subroutine carry_point_state
+
+  !> Clock and state of all points of a patch that is cut.
+  subroutine carry_points(old, n_rows, patch)
+    type(solid_patch_t), intent(in) :: old
+    integer, intent(in) :: n_rows                  !! of points of an element
+    type(solid_patch_t), intent(inout) :: patch    !! that takes its place
+    integer :: b, l, row
+
+    call carry_clock(old, patch)
+    do b = 1, patch%n_blocks
+      do l = 1, n_lanes
+        do row = 1, n_rows
+          call carry_point_state(old, origin_of_point(old, patch, block_at(patch, b), l, row), b, &
+                                 l, row, patch)
+        end do
+      end do
+    end do
+  end subroutine carry_points
 
   !> The mean place of the control points of an element along the sheet, now.
   pure function centre_of(patch, x, e) result(centre)

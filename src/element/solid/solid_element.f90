@@ -22,9 +22,9 @@ module solid_element
   use parcel, only: parcel_t
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
   use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
-  use patch_outline, only: add_whole_masses, add_cut_masses, carry_clock, origin_of_point, &
-                           carry_point_state, distances_inside, centre_of
-  use tile_exchange, only: sum_of_blocks, pack_tiles, unpack_tiles, gather_reports, &
+  use patch_outline, only: add_whole_masses, add_cut_masses, carry_points, distances_inside, &
+                           centre_of
+  use tile_exchange, only: sum_of_blocks, pack_tiles, unpack_tiles, pack_reports, unpack_reports, &
                            find_rows, costs_of_tiles
   use patch_points, only: new_point_volumes, read_points_of, copy_points, find_row_energies, &
                           new_given_fields, &
@@ -46,7 +46,8 @@ module solid_element
   type, extends(element_t), public :: solid_element_t
     type(solid_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
-    !> Reports of the tiles and time increment of an evaluation that `finish_forces` ends.
+    !> An evaluation that `finish_forces` ends: reports of the tiles and time increment.
+    logical :: is_open = .false.
     type(force_report_t), allocatable :: reports(:)
     real(wp) :: open_increment = 0.0_wp
     logical :: has_own_points = .true.           !! a block needs nothing but its own points
@@ -82,6 +83,7 @@ module solid_element
     procedure :: work_own
     procedure :: rows_of_processes
     procedure :: pass_tiles
+    procedure :: pass_reports
     procedure :: finish_forces
     procedure :: is_here
     procedure :: add_traffic
@@ -217,19 +219,8 @@ contains
   subroutine take_cut(self, cut)
     class(solid_element_t), intent(inout) :: self
     class(solid_element_t), intent(inout) :: cut
-    integer :: b, l, row
 
-    associate (old => self%patch, patch => cut%patch)
-      call carry_clock(old, patch)
-      do b = 1, patch%n_blocks
-        do l = 1, n_lanes
-          do row = 1, product(self%rule(:2)%n)
-            call carry_point_state(old, origin_of_point(old, patch, block_at(patch, b), l, row), &
-                                   b, l, row, patch)
-          end do
-        end do
-      end do
-    end associate
+    call carry_points(self%patch, product(self%rule(:2)%n), cut%patch)
     self%patch = cut%patch
     if (allocated(self%volumes)) deallocate (self%volumes)
   end subroutine take_cut
@@ -290,17 +281,19 @@ contains
                            self%motion%internal_force, report)
       return
     end if
-    allocate (self%reports(size(self%buffers)))
+    self%is_open = .true.
     self%open_increment = dt
     call begin_forces(self%patch, self%buffers, law, dt, self%motion%x, self%motion%v, &
                       self%motion%internal_force, self%reports)
   end subroutine forces
 
-  subroutine rows_of_processes(self, last_of, moved_by)
-    class(solid_element_t), intent(in) :: self
-    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :)
+  subroutine rows_of_processes(self, last_of, moved_by, n_reported)
+    class(solid_element_t), intent(inout) :: self
+    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :), n_reported(:)
 
-    if (self%is_by_rows .and. .not. self%is_surface) call find_rows(self%patch, last_of, moved_by)
+    if (.not. self%is_by_rows .or. self%is_surface) return
+    call find_rows(self%patch, last_of, moved_by, n_reported)
+    if (.not. allocated(self%reports)) allocate (self%reports(size(self%buffers)))
   end subroutine rows_of_processes
 
   subroutine pass_tiles(self, partner, is_sent, parcel)
@@ -309,27 +302,35 @@ contains
     logical, intent(in) :: is_sent
     type(parcel_t), intent(inout) :: parcel
 
-    if (.not. allocated(self%reports)) return
+    if (.not. self%is_open) return
     associate (rows => self%motion%rows, force => self%motion%internal_force)
-      if (is_sent) then
-        call pack_tiles(self%patch, rows%moved_by(:, partner + 1), self%buffers, parcel, force)
-      else
-        call unpack_tiles(self%patch, partner, [rows%first, rows%last], self%buffers, parcel, force)
-      end if
+      if (is_sent) call pack_tiles(self%patch, rows%moved_by(:, partner + 1), self%buffers, &
+                                   parcel, force)
+      if (.not. is_sent) call unpack_tiles(self%patch, partner, [rows%first, rows%last], &
+                                           self%buffers, parcel, force)
     end associate
   end subroutine pass_tiles
+
+  subroutine pass_reports(self, process, is_sent, parcel)
+    class(solid_element_t), intent(inout) :: self
+    integer, intent(in) :: process
+    logical, intent(in) :: is_sent
+    type(parcel_t), intent(inout) :: parcel
+
+    if (is_sent) call pack_reports(self%patch, self%reports, parcel)
+    if (.not. is_sent) call unpack_reports(self%patch, process, parcel, self%reports)
+  end subroutine pass_reports
 
   subroutine finish_forces(self, report)
     class(solid_element_t), intent(inout) :: self
     type(force_report_t), intent(inout) :: report
 
-    if (.not. allocated(self%reports)) return
-    call gather_reports(self%patch, self%reports)
+    if (.not. self%is_open) return
     associate (rows => self%motion%rows)
       call end_forces(self%patch, self%buffers, self%open_increment, [rows%first, rows%last], &
                       self%motion%internal_force, self%reports, report)
     end associate
-    deallocate (self%reports)
+    self%is_open = .false.
   end subroutine finish_forces
 
   subroutine trial_forces(self, law, dt, report)

@@ -10,11 +10,10 @@ module tile_exchange
   implicit none
   private
 
-  public :: complete_tiles, exchange_tiles, pack_tiles, unpack_tiles, gather_reports, &
-            find_rows, costs_of_tiles
-  public :: gather_blocks, sum_of_blocks
+  public :: complete_tiles, exchange_tiles, pack_tiles, unpack_tiles, pack_reports
+  public :: unpack_reports, find_rows, costs_of_tiles, gather_blocks, sum_of_blocks
 
-  integer, parameter :: n_reported = 5   !! numbers of a report, without the part
+  integer, parameter :: n_numbers = 5   !! of a report, without the part
 
 contains
 
@@ -110,11 +109,9 @@ contains
     type(tile_buffer_t), intent(inout) :: buffers(:)
     type(parcel_t), intent(inout) :: parcel
     real(wp), intent(inout), contiguous, optional :: field(:, :, :, :)
-    integer :: first, t, j, k, c
+    integer :: t, j, k, c
 
-    first = 1
-    if (partner > 0) first = patch%shares%last_of(partner) + 1
-    do t = first, patch%shares%last_of(partner + 1)
+    do t = first_of(patch, partner), patch%shares%last_of(partner + 1)
       if (present(field)) then
         do c = 1, size(field, 4)
           do k = 1, size(field, 3)
@@ -138,16 +135,17 @@ contains
   end subroutine unpack_tiles
 
   !> Rows of control points of the processes, along axis 2, where tiles have rows of their own: the
-  !! last one whose tiles, or those of processes before, are the first to touch it; and first and
-  !! last row that its tiles touch. Of a process without tiles none.
-  pure subroutine find_rows(patch, last_of, moved_by)
+  !! last one that its tiles, or those of processes before, are the first to touch; first and last
+  !! row that its tiles touch; and how many numbers they report. Of a process without tiles none.
+  pure subroutine find_rows(patch, last_of, moved_by, n_reported)
     type(solid_patch_t), intent(in) :: patch           !! shared
-    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :)
+    integer, allocatable, intent(out) :: last_of(:), moved_by(:, :), n_reported(:)
     integer :: r, first, last
 
     if (any(patch%tiles%own_last < patch%tiles%control_first(2))) return
     associate (n => patch%shares%ranks%n)
       allocate (last_of(n), moved_by(2, n))
+      n_reported = [(n_reports_of(patch, r), r=0, n - 1)]
       do r = 1, n
         last = patch%shares%last_of(r)
         first = 1
@@ -179,33 +177,74 @@ contains
     end do
   end function costs_of_tiles
 
-  !> Reports of all tiles, of which each process has those of its own, at all processes. A block
-  !! number may be huge, but is a number that a real one holds.
+  !> Reports of all tiles, of which each process has those of its own, at all processes.
   subroutine gather_reports(patch, reports)
     type(solid_patch_t), intent(inout) :: patch
     type(force_report_t), intent(inout) :: reports(:)
-    real(wp) :: own(n_reported, size(reports)), joined(n_reported*size(reports))
+    type(parcel_t) :: own, joined
+    integer :: counts(patch%shares%ranks%n), r
+
+    call empty_parcel(own, 0)
+    call pack_reports(patch, reports, own)
+    counts = [(n_reports_of(patch, r), r=0, size(counts) - 1)]
+    call empty_parcel(joined, sum(counts))
+    call gather_counted(patch%shares%ranks, counts, own%values, joined%values, &
+                        patch%shares%traffic)
+    do r = 0, size(counts) - 1
+      call unpack_reports(patch, r, joined, reports)
+    end do
+  end subroutine gather_reports
+
+  !> How many numbers `pack_reports` makes of the tiles of a process.
+  pure integer function n_reports_of(patch, process) result(n)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: process                     !! its number
+
+    n = n_numbers*(patch%shares%last_of(process + 1) - first_of(patch, process) + 1)
+  end function n_reports_of
+
+  !> First tile of a process.
+  pure integer function first_of(patch, process) result(first)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: process                     !! its number
+
+    first = 1
+    if (process > 0) first = patch%shares%last_of(process) + 1
+  end function first_of
+
+  !> Put the reports of the own tiles into a parcel. A block number may be huge, but is a number
+  !! that a real one holds.
+  pure subroutine pack_reports(patch, reports, parcel)
+    type(solid_patch_t), intent(in) :: patch
+    type(force_report_t), intent(in) :: reports(:)     !! of the tiles
+    type(parcel_t), intent(inout) :: parcel
     integer :: t
 
     do t = patch%shares%first, patch%shares%last
-      own(:, t - patch%shares%first + 1) = [reports(t)%internal_work, reports(t)%viscous_work, &
-                                            reports(t)%largest_rate, reports(t)%smallest_det, &
-                                            real(reports(t)%failed_block, wp)]
+      call pack_values(parcel, [reports(t)%internal_work, reports(t)%viscous_work, &
+                                reports(t)%largest_rate, reports(t)%smallest_det, &
+                                real(reports(t)%failed_block, wp)])
     end do
-    associate (last => patch%shares%last_of, n => patch%shares%ranks%n)
-      call gather_counted(patch%shares%ranks, n_reported*(last - [0, last(:n - 1)]), &
-                          reshape(own, [size(own)]), joined, patch%shares%traffic)
-    end associate
-    do t = 1, size(reports)
-      associate (values => joined(n_reported*(t - 1) + 1:n_reported*t))
-        reports(t)%internal_work = values(1)
-        reports(t)%viscous_work = values(2)
-        reports(t)%largest_rate = values(3)
-        reports(t)%smallest_det = values(4)
-        reports(t)%failed_block = nint(values(5))
-      end associate
+  end subroutine pack_reports
+
+  !> Take those of the tiles of a process out of a parcel.
+  pure subroutine unpack_reports(patch, process, parcel, reports)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: process
+    type(parcel_t), intent(inout) :: parcel
+    type(force_report_t), intent(inout) :: reports(:)
+    real(wp) :: values(n_numbers)
+    integer :: t
+
+    do t = first_of(patch, process), patch%shares%last_of(process + 1)
+      call unpack_values(parcel, values)
+      reports(t)%internal_work = values(1)
+      reports(t)%viscous_work = values(2)
+      reports(t)%largest_rate = values(3)
+      reports(t)%smallest_det = values(4)
+      reports(t)%failed_block = nint(values(5))
     end do
-  end subroutine gather_reports
+  end subroutine unpack_reports
 
   !> Sum over all blocks in their order, of numbers that each process has of its own ones.
   function sum_of_blocks(patch, n, values) result(total)
