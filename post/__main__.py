@@ -32,6 +32,8 @@ OTHERS = (
     ("cad", "cad.command", "STEP, IGES or BREP of a CAD system as tools; list, picture and choice "
                            "of their faces"),
     ("economy", "economy", "what ran, what was skipped and what that saved in five scenes"),
+    ("processes", "processes", "what a run would take by other numbers of processes, or through "
+                               "another network"),
     ("fit", "fit.command", "constants of a material from measured data, with deck lines"),
     ("study", "study.command", "what accuracy costs: many runs of a deck compared"),
     ("study-page", "study.page", "the manual's page on what accuracy costs"))

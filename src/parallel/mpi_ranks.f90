@@ -31,7 +31,7 @@ contains
 
   !> To be called once, before anything else of this module.
   subroutine begin_mpi(ranks)
-    type(mpi_ranks_t), intent(out) :: ranks
+    class(mpi_ranks_t), intent(inout) :: ranks
     integer :: provided
 
     ! One thread of each process calls MPI, while the others of it may work.

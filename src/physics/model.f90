@@ -2,7 +2,7 @@
 !! change from one step of the deck to the next.
 module model
   use kinds, only: wp
-  use timer, only: timer_t, add_watch
+  use timer, only: timer_t, add_watch, start_watch, stop_watch
   use ranks, only: ranks_t
   use scene, only: step_spec_t, output_spec_t, later_step_t, probe_spec_t
   use blank, only: assembly_t
@@ -41,6 +41,7 @@ module model
     real(wp) :: width_ratio = 1.0_wp    !! of what the results tell to what is computed
     type(timer_t) :: timer
     class(ranks_t), allocatable :: ranks !! processes that share the run; absent: one works all
+    integer :: watch_exchange = 0        !! of what passes between those of rows
   end type model_t
 
 contains
@@ -88,7 +89,11 @@ contains
     end do
     n = count([(is_from_outside(model%forces(t)%item), t=1, size(model%forces))])
     call apply_effects(model%forces(:n), model%timer, model%bodies, instant)
-    if (is_by_rows) call exchange_rows(model%bodies, model%forces, instant)
+    if (is_by_rows) then
+      call start_watch(model%timer, model%watch_exchange)
+      call exchange_rows(model%bodies, model%forces, instant)
+      call stop_watch(model%timer, model%watch_exchange)
+    end if
     call apply_effects(model%forces(n + 1:), model%timer, model%bodies, instant)
     call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
   end subroutine apply_forces

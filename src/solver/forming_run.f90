@@ -60,6 +60,7 @@ contains
     do i = 1, size(model%supports)
       call add_watch(model%timer, model%supports(i)%item%name, model%supports(i)%item%watch)
     end do
+    if (allocated(model%ranks)) call add_watch(model%timer, "exchange", model%watch_exchange)
     call add_watch(model%timer, "motion", run%watch_motion)
     if (model%step%is_static .or. any(model%later_steps%step%is_static)) &
       call add_watch(model%timer, "static", run%watch_static)

@@ -16,7 +16,7 @@ import numpy as np
 WRITER, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
-from post import cells, compare, picture  # noqa: E402
+from post import cells, compare, picture, processes  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
 from post.section import Section  # noqa: E402
 
@@ -52,6 +52,50 @@ class TestBalance(unittest.TestCase):
         np.testing.assert_allclose(Results.balance_error(run), [0, 3e-11, 0.1, -0.04], rtol=1e-12)
         columns["kinetic_energy"][0] = 100.0        # thrown onto the tool
         np.testing.assert_allclose(Results.balance_error(run), [0, 0.5, 0.1, -0.2], rtol=1e-12)
+
+
+class TestProcesses(unittest.TestCase):
+    LOG = """
+processes  2 with 1 thread each, on node
+rows       of 62 rows of control points each process moves 32 to 34
+exchange   up to 40 kB received by a process in each increment, 1 to 2 s of 10 s in the processes
+effect                                seconds   share %         calls
+blank                                   6.000      60.0           100
+boundary X_MIN                          1.000      10.0           100
+exchange                                1.000      10.0           100
+output                                  1.500      15.0            10
+other                                   0.500       5.0
+all steps                              10.000     100.0           100
+3600 elements, 100 steps, 1 thread: 27777.8 ns per element and step
+"""
+
+    def facts(self, text):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "run.log")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+            return processes.Facts(path)
+
+    def test_work_is_shared_and_output_is_not(self):
+        facts = self.facts(self.LOG)
+        self.assertAlmostEqual(0.16, facts.seconds(1, 1.0, 1e99))
+        self.assertAlmostEqual(0.10, facts.seconds(2, 0.0, 1e99))
+        self.assertAlmostEqual(0.07/2 + 0.03, facts.seconds(4, 0.0, 1e99))
+
+    def test_messages_take_their_latency_and_their_bytes(self):
+        facts = self.facts(self.LOG)
+        self.assertAlmostEqual(3e-3, facts.passing(2, 1e-3, 1e99))
+        self.assertAlmostEqual(13e-3, facts.passing(64, 1e-3, 1e99))
+        self.assertAlmostEqual(40e-3, facts.passing(2, 0.0, 1e6))
+        self.assertAlmostEqual(80e-3, facts.passing(3, 0.0, 1e6))
+        self.assertAlmostEqual(400e-3, facts.passing(2, 0.0, 1e6, size=100.0))
+
+    def test_other_runs_are_refused(self):
+        whole = self.LOG.replace("of 62 rows of control points each process moves 32 to 34",
+                                 "each process moves all control points")
+        for text in (whole, self.LOG.replace("processes  2", "threads  2")):
+            with self.assertRaises(ResultsError):
+                self.facts(text)
 
 
 class TestResults(Known):
