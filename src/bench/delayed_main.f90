@@ -8,26 +8,30 @@ program delayed_main
   implicit none
 
   type(delayed_ranks_t) :: ranks
+  logical :: is_good
 
-  call read_variable("IGAFORM_LATENCY", ranks%latency)
-  call read_variable("IGAFORM_RATE", ranks%rate)
+  call read_variable("IGAFORM_LATENCY", ranks%latency, is_good)
+  if (is_good) call read_variable("IGAFORM_RATE", ranks%rate, is_good)
+  if (.not. is_good) then
+    write (error_unit, "(a)") "IGAFORM_LATENCY, IGAFORM_RATE: expected numbers, not negative"
+    stop 1
+  end if
   call run_program(ranks)
 
 contains
 
   !> A number of the environment, if it is there.
-  subroutine read_variable(name, value)
+  subroutine read_variable(name, value, is_good)
     character(*), intent(in) :: name
     real(wp), intent(inout) :: value
+    logical, intent(out) :: is_good
     character(40) :: word
     integer :: length, status
 
+    is_good = .true.
     call get_environment_variable(name, word, length)
     if (length == 0) return
     read (word, *, iostat=status) value
-    if (status /= 0 .or. .not. value >= 0.0_wp) then
-      write (error_unit, "(a)") name//": found "//trim(word)//", expected a number, not negative"
-      error stop 1
-    end if
+    is_good = status == 0 .and. value >= 0.0_wp
   end subroutine read_variable
 end program delayed_main

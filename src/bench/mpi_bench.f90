@@ -1,5 +1,5 @@
-!> igaform_bench-mpi: what an exchange between processes costs. `halo`: each process sends so many
-!! bytes to both neighbours and receives as many from each; `gather`: all have so many bytes of each.
+!> igaform_bench-mpi: what an exchange between processes costs. `halo`: each sends so many bytes to
+!! both neighbours and receives as many from each; `gather`: all have so many bytes of each.
 program mpi_bench
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
