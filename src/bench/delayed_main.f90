@@ -1,7 +1,9 @@
 !> igaform-mpi with messages that come late: IGAFORM_LATENCY in seconds, IGAFORM_RATE in bytes a
 !! second.
 program delayed_main
+  use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
+  use c_library, only: c_exit
   use kinds, only: wp
   use delayed_ranks, only: delayed_ranks_t
   use mpi_program, only: run_program
@@ -14,7 +16,7 @@ program delayed_main
   if (is_good) call read_variable("IGAFORM_RATE", ranks%rate, is_good)
   if (.not. is_good) then
     write (error_unit, "(a)") "IGAFORM_LATENCY, IGAFORM_RATE: expected numbers, not negative"
-    stop 1
+    call c_exit(1_c_int)
   end if
   call run_program(ranks)
 
