@@ -34,10 +34,11 @@ module point_stress
     real(wp) :: sums(n_lanes, 4) = 0.0_wp         !! see block_strain
   end type point_fields_t
 
-  !> What a law with context gets in a call: a row of several blocks.
+  !> What a law with context gets in a call: a row of several blocks. Stress and state are those of
+  !! all rows, for memory is read more quickly block after block.
   type, public :: point_group_t
     type(point_context_t) :: context
-    real(wp), allocatable :: dstrain(:, :), spin(:, :), stress(:, :), state(:, :)
+    real(wp), allocatable :: dstrain(:, :), spin(:, :), stress(:, :, :), state(:, :, :)
   end type point_group_t
 
 contains
@@ -52,7 +53,7 @@ contains
     type(point_fields_t), intent(inout) :: fields(:)      !! of the blocks
     logical, intent(out) :: ok(:)                         !! of each block
     integer :: i, row, q(2)
-    logical :: row_ok(size(blocks))
+    logical :: row_ok
 
     q = [patch%axes(3)%n_points, fields(1)%n_rows]
     do i = 1, size(blocks)
@@ -63,6 +64,7 @@ contains
       end associate
     end do
     if (patch%has_context) call place_group(patch, law, blocks, group)
+    if (size(blocks) > 1) call take_state(patch, law, blocks, group)
     ok = .true.
     do row = 1, q(2)
       if (patch%has_context) then
@@ -70,12 +72,13 @@ contains
       else
         associate (k => blocks(1)%number)
           call law%update(n_lanes*q(1), dt, fields(1)%dstrain(:, :, row), &
-                          patch%stress(:, :, :, row, k), patch%state(:, :, :, row, k), row_ok(1), &
+                          patch%stress(:, :, :, row, k), patch%state(:, :, :, row, k), row_ok, &
                           fields(1)%spin(:, :, row))
         end associate
       end if
       ok = ok .and. row_ok
     end do
+    if (size(blocks) > 1) call put_state_back(patch, law, blocks, group, ok)
     do i = 1, size(blocks)
       associate (own => fields(i), k => blocks(i)%number)
         call finish_rows(q, patch%viscosity%is_active, viscous_factors(patch%viscosity, k, dt), &
@@ -189,8 +192,10 @@ contains
       group%context = new_point_context(n, patch%n_fields)
       if (allocated(group%dstrain)) deallocate (group%dstrain, group%spin, group%stress, &
                                                 group%state)
-      allocate (group%dstrain(n, 6), group%spin(n, 3), group%stress(n, 6), &
-                group%state(n, law%n_state))
+      associate (rows => patch%axes(1)%n_points*patch%axes(2)%n_points)
+        allocate (group%dstrain(n, 6), group%spin(n, 3), group%stress(n, 6, rows), &
+                  group%state(n, law%n_state, rows))
+      end associate
     end if
     call set_clock(patch, group%context)
     call set_lanes(patch, blocks, group%context)
@@ -205,9 +210,8 @@ contains
     real(wp), intent(in) :: dt
     type(point_group_t), intent(inout) :: group
     type(point_fields_t), intent(in) :: fields(:)
-    logical, intent(out) :: ok(:)
+    logical, intent(out) :: ok
     integer :: i, m, n
-    logical :: all_ok
 
     m = size(blocks)
     n = patch%axes(3)%n_points
@@ -216,33 +220,66 @@ contains
       associate (k => blocks(1)%number)
         call law%update_in_context(group%context, dt, fields(1)%dstrain(:, :, row), &
                                    patch%stress(:, :, :, row, k), &
-                                   patch%state(:, :, :, row, k), ok(1), &
+                                   patch%state(:, :, :, row, k), ok, &
                                    fields(1)%spin(:, :, row))
       end associate
       return
     end if
     do i = 1, m
-      associate (k => blocks(i)%number, own => fields(i))
-        call take(n, m, i, 6, own%dstrain(:, :, row), group%dstrain)
-        call take(n, m, i, 3, own%spin(:, :, row), group%spin)
-        call take(n, m, i, 6, patch%stress(:, :, :, row, k), group%stress)
-        call take(n, m, i, law%n_state, patch%state(:, :, :, row, k), group%state)
-      end associate
+      call take(n, m, i, 6, fields(i)%dstrain(:, :, row), group%dstrain)
+      call take(n, m, i, 3, fields(i)%spin(:, :, row), group%spin)
     end do
-    call law%update_in_context(group%context, dt, group%dstrain, group%stress, group%state, &
-                               all_ok, group%spin)
-    do i = 1, m
-      associate (k => blocks(i)%number)
-        call put_back(n, m, i, 6, group%stress, patch%stress(:, :, :, row, k))
-        call put_back(n, m, i, law%n_state, group%state, patch%state(:, :, :, row, k))
-        ok(i) = all_ok
-        ! The blocks to blame are those with values that are not finite, if there are any.
-        if (.not. all_ok) ok(i) = sum(abs(patch%stress(:, :, :, row, k))) &
-                                  + sum(abs(patch%state(:, :, :, row, k))) <= huge(1.0_wp)
-      end associate
-    end do
-    if (.not. all_ok .and. all(ok)) ok = .false.
+    call law%update_in_context(group%context, dt, group%dstrain, group%stress(:, :, row), &
+                               group%state(:, :, row), ok, group%spin)
   end subroutine update_group
+
+  !> Stress and state of several blocks.
+  subroutine take_state(patch, law, blocks, group)
+    type(solid_patch_t), intent(in) :: patch
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: blocks(:)
+    type(point_group_t), intent(inout) :: group
+    integer :: i, row
+
+    associate (m => size(blocks), n => patch%axes(3)%n_points)
+      do i = 1, m
+        do row = 1, size(group%stress, 3)
+          associate (k => blocks(i)%number)
+            call take(n, m, i, 6, patch%stress(:, :, :, row, k), group%stress(:, :, row))
+            call take(n, m, i, law%n_state, patch%state(:, :, :, row, k), group%state(:, :, row))
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine take_state
+
+  !> The reverse. Where the law failed the blocks to blame are those with values that are not finite,
+  !! if there are any.
+  subroutine put_state_back(patch, law, blocks, group, ok)
+    type(solid_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: blocks(:)
+    type(point_group_t), intent(in) :: group
+    logical, intent(inout) :: ok(:)                    !! all the same before
+    integer :: i, row
+    logical :: all_ok
+
+    all_ok = all(ok)
+    associate (m => size(blocks), n => patch%axes(3)%n_points)
+      do i = 1, m
+        associate (k => blocks(i)%number)
+          do row = 1, size(group%stress, 3)
+            call put_back(n, m, i, 6, group%stress(:, :, row), patch%stress(:, :, :, row, k))
+            call put_back(n, m, i, law%n_state, group%state(:, :, row), &
+                          patch%state(:, :, :, row, k))
+          end do
+          if (.not. all_ok) ok(i) = sum(abs(patch%stress(:, :, :, :, k))) &
+                                    + sum(abs(patch%state(:, :, :, :, k))) <= huge(1.0_wp)
+        end associate
+      end do
+    end associate
+    if (.not. all_ok .and. all(ok)) ok = .false.
+  end subroutine put_state_back
 
   !> Kinematics and fields of a row of the blocks.
   subroutine fill_context(patch, blocks, row, fields, context)

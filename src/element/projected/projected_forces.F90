@@ -47,37 +47,55 @@ contains
     real(wp), intent(inout), contiguous :: force(:, :, :, :)
     type(force_report_t), intent(out) :: report
     type(force_report_t) :: reports(size(buffers))
-    integer :: t
 
-    !$omp parallel default(shared) private(t) if (.not. law%is_serial)
-    !$omp do schedule(static)
-    do t = patch%shares%first, patch%shares%last
-      call begin_tile(patch%shares, t)
-      call forces_of_tile(patch, projection, law, patch%tiles(t), dt, x, v, force, &
-                          buffers(t)%force, reports(t))
-      call end_tile(patch%shares, t)
-    end do
-    !$omp end do
+    !$omp parallel default(shared) if (.not. law%is_serial)
+    call forces_of_tiles(patch, projection, buffers, law, dt, x, v, force, reports)
     call complete_tiles(patch, reports, buffers, force)
     call add_tiles(patch, buffers, force)
     !$omp end parallel
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_of_projection
 
+  !> The tiles, shared by the threads of a region, each of which has room for the points of a group
+  !! of blocks.
+  subroutine forces_of_tiles(patch, projection, buffers, law, dt, x, v, force, reports)
+    type(solid_patch_t), intent(inout) :: patch
+    type(projection_t), intent(in) :: projection
+    type(tile_buffer_t), intent(inout) :: buffers(:)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
+    type(force_report_t), intent(inout) :: reports(:)
+    type(point_group_t) :: group
+    type(point_fields_t) :: fields(merge(1, most_in_group, law%n_together == 1))
+    integer :: t
+
+    !$omp do schedule(static)
+    do t = patch%shares%first, patch%shares%last
+      call begin_tile(patch%shares, t)
+      call forces_of_tile(patch, projection, law, patch%tiles(t), dt, x, v, group, fields, force, &
+                          buffers(t)%force, reports(t))
+      call end_tile(patch%shares, t)
+    end do
+    !$omp end do
+  end subroutine forces_of_tiles
+
   !> The blocks of one tile, each projected on its own, in groups for the law.
-  subroutine forces_of_tile(patch, projection, law, tile, dt, x, v, force, border, report)
+  subroutine forces_of_tile(patch, projection, law, tile, dt, x, v, group, fields, force, border, &
+                            report)
     type(solid_patch_t), intent(inout) :: patch
     type(projection_t), intent(in) :: projection
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: dt
     real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
+    type(point_group_t), intent(inout) :: group
+    type(point_fields_t), intent(inout) :: fields(:)
     real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
     type(force_report_t), intent(out) :: report
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
-    type(point_group_t) :: group
-    type(point_fields_t), allocatable :: fields(:)
     type(block_t) :: blocks(most_in_group)
     integer :: i, n, n_left
     logical :: ok(most_in_group)
@@ -85,7 +103,6 @@ contains
     call clear_rows(tile, force, border)
     n = 0
     n_left = n_elements_of(patch, tile)
-    allocate (fields(merge(1, most_in_group, law%n_together == 1)))
     do while (n_left > 0)
       call next_group(patch, tile, law%n_together, n_left, blocks, n)
       do i = 1, n
