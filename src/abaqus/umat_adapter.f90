@@ -150,7 +150,8 @@ contains
     increment%step(1) = int(context%step, c_int)
     increment%number = int(context%increment, c_int)
     increment%dt = dt
-    is_plain = .not. (self%is_plane .or. associated(self%usdfld) .or. associated(self%uvarm))
+    is_plain = .not. (self%is_plane .or. associated(self%usdfld) .or. associated(self%uvarm)) &
+               .and. all(context%is_owner)
     ok = .true.
     do first = 1, context%n, n_together
       m = min(n_together, context%n - first + 1)
@@ -158,10 +159,8 @@ contains
                        statev)
       n_called = 0
       is_refused = .false.
-      if (is_plain .and. m == n_together) then
-        if (all(context%is_owner(first:first + m - 1))) &
-          call call_together(self, context, first, increment, values, statev, n_called, is_refused)
-      end if
+      if (is_plain .and. m == n_together) &
+        call call_together(self, context, first, increment, values, statev, n_called, is_refused)
       if (n_called == n_together .and. .not. is_refused) then
         call return_points(self, context%n, first, dstrain, strain, values, statev, stress, state, &
                            ok)
@@ -185,18 +184,25 @@ contains
     integer, intent(out) :: n_called
     logical, intent(out) :: is_refused             ! by the last call
     logical :: has_temperature
-    integer :: i
+    integer :: i, at
 
+    at = at_state(self%n_statv)
     has_temperature = context%n_fields > 0 .or. self%heat_state > 0
     do i = 1, n_together
       call name_point(context, first + i - 1, increment)
       if (has_temperature) &
         call set_temperature(self, context, first + i - 1, values(1, i), increment)
       call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-      call call_umat(self, increment, values(1, i), statev(1, i), is_refused)
+      call call_umat(self, increment, values(1, i), statev(at, i), is_refused)
       if (is_refused) exit
     end do
     n_called = min(i, n_together)
+    if (are_whole(self%n_statv, n_together, values, statev)) return
+    do i = 1, n_called
+      call name_point(context, first + i - 1, increment)
+      call enter_user_call(in_umat, increment%element, increment%point, increment%element)
+      call find_overrun(self, values(1, i), statev(1, i))
+    end do
   end subroutine call_together
 
   !> The calls for `m` points one after the other, each with all that may follow of it; some have
@@ -225,8 +231,9 @@ contains
         call set_temperature(self, context, l, values(1, i), increment)
         if (associated(self%usdfld)) call set_fields_of_user(i, l)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-        call call_umat(self, increment, values(1, i), statev(1, i), is_refused)
+        call call_and_check(self, increment, values(1, i), statev(1, i), is_refused)
       end if
+      call add_strain(values(1, i))
       ok = has_result(self, values(1, i), statev(1, i))
       if (is_refused .and. ok) then
         call update_in_parts(self, increment, spin(l, :), stress(l, :), state(l, :), &
@@ -395,7 +402,8 @@ contains
         strain(1, :) = rotated_strain(rotation, strain(1, :))
         call take(self%is_plane, 1, 1, strain, values(at_kept:))
         call take(self%is_plane, 1, 1, part_stress, values(after_stress - self%n_tens))
-        call call_umat(self, part, values, statev, is_refused)
+        call call_and_check(self, part, values, statev, is_refused)
+        call add_strain(values)
         ok = has_result(self, values, statev)
         call put_back(self%is_plane, 1, 1, values(after_stress - self%n_tens), part_stress)
         if (is_refused .or. .not. ok) exit
@@ -407,24 +415,43 @@ contains
     call note_failure(increment%element, increment%point, 2_c_int)
   end subroutine update_in_parts
 
+  !> One call, after which the room around its arguments is looked at.
+  subroutine call_and_check(self, increment, values, statev, is_refused)
+    class(umat_adapter_t), intent(in) :: self
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(inout) :: values(n_values), statev(n_column(self%n_statv))
+    logical, intent(out) :: is_refused
+
+    call call_umat(self, increment, values, statev(at_state(self%n_statv)), is_refused)
+    if (.not. are_whole(self%n_statv, 1, values, statev)) call find_overrun(self, values, statev)
+  end subroutine call_and_check
+
+  !> The strain that is kept, after a call.
+  pure subroutine add_strain(values)
+    real(wp), intent(inout) :: values(n_values)
+
+    values(at_kept:at_kept + 5) = values(at_kept:at_kept + 5) + values(at_dstrain:at_dstrain + 5)
+  end subroutine add_strain
+
   !> The UMAT itself.
   subroutine call_umat(self, increment, values, statev, is_refused)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
-    real(wp), intent(inout) :: values(n_values), statev(*)   ! n_column(self%n_statv)
+    real(wp), intent(inout) :: values(n_values), statev(*)   ! STATEV is its beginning
     logical, intent(out) :: is_refused       ! PNEWDT came back below one
     real(wp) :: others(16), pnewdt, work
+    integer :: c
 
-    associate (n => self%n_statv, n_tens => self%n_tens, at => at_state(self%n_statv))
-      if (self%is_plane) then
-        values(after_tangent - 9:after_tangent - 1) = 0.0_wp
-      else
-        values(after_tangent - 36:after_tangent - 1) = 0.0_wp
-      end if
-      others = 0.0_wp          ! DDSDDT, DRPLDE, RPL, DRPLDT
-      work = values(at_energies + 1) + values(at_energies + 2)
-      pnewdt = 1.0_wp
-      call self%umat(values(after_stress - n_tens), statev(at), values(after_tangent - n_tens**2), &
+    !$omp simd
+    do c = after_tangent - 36, after_tangent - 1
+      values(c) = 0.0_wp     ! DDSDDE, in the form for shells its end
+    end do
+    others = 0.0_wp          ! DDSDDT, DRPLDE, RPL, DRPLDT
+    work = values(at_energies + 1) + values(at_energies + 2)
+    pnewdt = 1.0_wp
+    associate (n_tens => self%n_tens)
+      call self%umat(values(after_stress - n_tens), statev(1), &
+                     values(after_tangent - n_tens**2), &
                      values(at_energies), values(at_energies + 1), values(at_energies + 2), &
                      others(13), others, others(7), others(14), values(at_kept), &
                      values(at_dstrain), increment%times, increment%dt, increment%temperature, &
@@ -436,16 +463,13 @@ contains
                      increment%in_layer, 1_c_int, increment%layer, increment%step, &
                      increment%number, &
                      int(name_length, c_size_t))
-      if (.not. are_whole(values(after_stress), values(after_tangent), statev(at + n + n_spare), &
-                          statev(at + n))) call find_overrun(self, values, statev)
-      if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is NaN")
-      is_refused = pnewdt < 1.0_wp
-      if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
-        call check_components(self, diagonal_of(self, values))
-      values(at_kept:at_kept + 5) = values(at_kept:at_kept + 5) + values(at_dstrain:at_dstrain + 5)
-      if (self%heat_state > 0) values(at_heat) = values(at_heat) &
-        + self%heat_per_work*(values(at_energies + 1) + values(at_energies + 2) - work)
     end associate
+    if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is NaN")
+    is_refused = pnewdt < 1.0_wp
+    if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
+      call check_components(self, diagonal_of(self, values))
+    if (self%heat_state > 0) values(at_heat) = values(at_heat) &
+      + self%heat_per_work*(values(at_energies + 1) + values(at_energies + 2) - work)
   end subroutine call_umat
 
   !> Is all finite that a call returned?
@@ -459,26 +483,38 @@ contains
     end associate
   end function has_result
 
-  !> Are three marks whole, and the zeros after the state variables of a point zero? For every call:
-  !! by their bits, quicker than to ask one after the other.
-  pure logical function are_whole(mark1, mark2, mark3, spare)
-    real(wp), intent(in), dimension(n_guard) :: mark1, mark2, mark3
-    real(wp), intent(in) :: spare(n_guard, n_spare/n_guard)
-    integer(int64) :: bits, whole
-    integer :: i
+  !> Are the marks of `m` points whole, and the zeros after their state variables zero? For every
+  !! call: by their bits, quicker than to ask one after the other.
+  pure logical function are_whole(n_statv, m, values, statev)
+    integer, intent(in) :: n_statv, m
+    real(wp), intent(in) :: values(n_values, m), statev(n_column(n_statv), m)
+    integer(int64) :: bits(n_guard), whole
+    integer :: i, c
 
-    whole = transfer(mark, 0_int64)
+    whole = bits_of(mark)
     bits = 0_int64
-    !$omp simd reduction(ior: bits)
-    do i = 1, n_guard
-      bits = ior(bits, ior(ieor(transfer(mark1(i), 0_int64), whole), &
-                           ieor(transfer(mark2(i), 0_int64), whole)))
-      bits = ior(bits, ior(ieor(transfer(mark3(i), 0_int64), whole), &
-                           ior(transfer(spare(i, 1), 0_int64), &
-                               ior(transfer(spare(i, 2), 0_int64), &
-                                   transfer(spare(i, 3), 0_int64)))))
-    end do
-    are_whole = bits == 0_int64
+    associate (last => at_state(n_statv) + n_statv - 1)
+      do i = 1, m
+        !$omp simd
+        do c = 1, n_guard
+          bits(c) = ior(bits(c), ior(ieor(bits_of(values(after_stress - 1 + c, i)), whole), &
+                                     ieor(bits_of(values(after_tangent - 1 + c, i)), whole)))
+          bits(c) = ior(bits(c), ior(ieor(bits_of(statev(last + n_spare + c, i)), whole), &
+                                     ior(bits_of(statev(last + c, i)), &
+                                         ior(bits_of(statev(last + n_guard + c, i)), &
+                                             bits_of(statev(last + 2*n_guard + c, i))))))
+        end do
+      end do
+    end associate
+    are_whole = all(bits == 0_int64)
+
+  contains
+
+    elemental integer(int64) function bits_of(value)
+      real(wp), intent(in) :: value
+
+      bits_of = transfer(value, 0_int64)
+    end function bits_of
   end function are_whole
 
   !> End the run with the name of the argument past whose end was written.
@@ -545,7 +581,7 @@ contains
     call set_first(self, dt, point, state, increment, values, statev)
     if (self%is_plane) values(at_dstrain + 2, 1) = little
     call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-    call call_umat(self, increment, values, statev, is_refused)
+    call call_and_check(self, increment, values, statev, is_refused)
     ok = has_result(self, values(1, 1), statev)
     associate (direct => values(after_stress - 3:after_stress - 2, 1), &
                shear => values(after_stress - 1, 1))
@@ -582,7 +618,8 @@ contains
         call stretch(sizes(i)*way, values)
         if (k == 2) call forget_gradients(1, values)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-        call call_umat(self, increment, values, statev, is_refused)
+        call call_and_check(self, increment, values, statev, is_refused)
+        call add_strain(values)
         ok = has_result(self, values(1, 1), statev)
         if (is_refused .or. .not. ok) exit
       end do

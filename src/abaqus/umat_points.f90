@@ -231,47 +231,49 @@ contains
     real(wp), intent(in) :: values(n_values, *), statev(n_column(law%n_statv), *)
     real(wp), intent(inout) :: stress(n, 6), state(n, law%n_state)
     logical, intent(out) :: ok
-    real(wp) :: returned(8, 6), column(8), total(8)
+    real(wp) :: total(6), rest
     integer :: c, i
 
-    associate (kept => law%n_before, at => at_state(law%n_statv), last => first + 7)
-      do c = 1, 6
-        do i = 1, 8
-          returned(i, c) = values(after_stress - 7 + c, i)
+    associate (kept => law%n_before, at => at_state(law%n_statv))
+      total = 0.0_wp
+      rest = 0.0_wp
+      do i = 1, 8
+        total = total + abs(values(after_stress - 6:after_stress - 1, i))
+        do c = 0, law%n_statv - 1
+          rest = rest + abs(statev(at + c, i))
         end do
-      end do
-      total = abs(returned(:, 1)) + abs(returned(:, 2)) + abs(returned(:, 3)) &
-              + abs(returned(:, 4)) + abs(returned(:, 5)) + abs(returned(:, 6))
-      do c = 1, law%n_statv
-        do i = 1, 8
-          column(i) = statev(at + c - 1, i)
-        end do
-        total = total + abs(column)
       end do
       ! Of a finite sum all parts are finite.
-      ok = sum(total) <= huge(1.0_wp)
+      ok = sum(total) + rest <= huge(1.0_wp)
       if (.not. ok) return
-      stress(first:last, :) = returned
+      call put_rows(n, 6, values(after_stress - 6, 1), stress(first, 1))
       do c = 1, law%n_statv
         do i = 1, 8
           state(first + i - 1, c) = statev(at + c - 1, i)
         end do
       end do
       do c = 1, 6
-        state(first:last, kept + c) = strain(first:last, c) + dstrain(first:last, c)
-      end do
-      do c = 1, 3
-        do i = 1, 8
-          state(first + i - 1, kept + 6 + c) = values(at_energies - 1 + c, i)
+        !$omp simd
+        do i = first, first + 7
+          state(i, kept + c) = strain(i, c) + dstrain(i, c)
         end do
       end do
-      if (law%heat_state > 0) then
-        do i = 1, 8
-          state(first + i - 1, law%heat_state) = values(at_heat, i)
-        end do
-      end if
+      call put_rows(n, 3, values(at_energies, 1), state(first, kept + 7))
+      if (law%heat_state > 0) call put_rows(n, 1, values(at_heat, 1), state(first, law%heat_state))
     end associate
   end subroutine return_points
+
+  !> The first `m` values of each of eight points, into rows.
+  pure subroutine put_rows(n, m, values, rows)
+    integer, intent(in) :: n, m
+    real(wp), intent(in) :: values(n_values, 8)
+    real(wp), intent(inout) :: rows(n, m)
+    integer :: c
+
+    do c = 1, m
+      rows(:8, c) = values(c, :)
+    end do
+  end subroutine put_rows
 
   !> What a call returned for point `l`; its strain as it is among the values.
   pure subroutine return_point(law, n, l, values, statev, stress, state)

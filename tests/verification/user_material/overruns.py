@@ -1,18 +1,19 @@
 """Writes past the end of arguments: routine, argument, element and point are named."""
 import h5py
 
-from common import FILES, deck, user
+from common import BODY, FILES, deck, user
 
 PULL = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=10\n0.001\n"
 
 
 def writes_past_arguments_end_the_run(bench):
-    """What is lost behind an argument is never passed over, be it one value or thousands."""
-    for kind, words in ((25, "STATEV(11)"),
-                        (26, " STRESS"),
-                        (27, " DDSDDE"),
-                        (28, " STATEV")):
-        path = bench.run(deck(user(f"210000, 0, 5, 20, {kind}", 2)), FILES / "misbehaves.F",
+    """What is lost behind an argument is never passed over, be it one value or thousands, and
+    whether it is looked at after one call or, with eight elements side by side, after eight."""
+    for kind, elements, words in ((25, 3, "STATEV(11)"), (25, 8, "STATEV(11)"),
+                                  (26, 3, " STRESS"), (26, 8, " STRESS"),
+                                  (27, 3, " DDSDDE"), (28, 3, " STATEV"), (28, 8, " STATEV")):
+        body = BODY.replace("x, 0, 10, 2, 3", f"x, 0, 10, 2, {elements}")
+        path = bench.run(deck(user(f"210000, 0, 5, 20, {kind}", 2), body), FILES / "misbehaves.F",
                          code=2)
         bench.says("UMAT", words, "in element 5, point 2")
         if kind == 25:      # nothing was written over: the state reached is there
