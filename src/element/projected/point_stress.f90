@@ -253,8 +253,8 @@ contains
     end associate
   end subroutine take_state
 
-  !> The reverse. Where the law failed the blocks to blame are those with values that are not finite,
-  !! if there are any.
+  !> The reverse. Where the law failed, the blocks to blame are those with values that are not
+  !! finite, if there are any.
   subroutine put_state_back(patch, law, blocks, group, ok)
     type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
