@@ -89,8 +89,8 @@ contains
     if (is_sound(errors, ranks)) call load_in_turn(command, scene, library, errors, ranks)
     if (is_sound(errors, ranks)) call build_model(scene, model, errors, library)
     allocate (lines(0))
-    if (is_built(model) .and. command%n_modes == 0) &
-      call check_setup(scene, model, errors, lines)
+    if (is_built(model) .and. command%n_modes == 0 .and. is_first(ranks)) &
+      call check_setup(scene, model, errors, lines)   ! takes memory
     if (command%is_check .and. n_errors(errors) == 0) &
       call check_torsion(model, scene%blank%origin, errors)
     code = exit_input

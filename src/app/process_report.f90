@@ -1,9 +1,11 @@
-!> For the log: the processes of a run, how evenly they worked and what passed between them.
+!> For the log: the processes of a run, how evenly they worked, what passed between them and their
+!! memory.
 module process_report
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use text, only: string_t, append_text, to_text, rounded_text, counted
   use timer, only: ticks_to_seconds
+  use free_memory, only: most_megabytes
   use ranks, only: ranks_t, traffic_t, sum_traffic
   use model, only: model_t
   use row_shares, only: row_shares_t
@@ -45,7 +47,7 @@ contains
     end do
   end function process_line
 
-  !> Who moved what, balance of the work, and what was exchanged. All processes call it.
+  !> Who moved what, balance of the work, what was exchanged, and memory. All processes call it.
   function process_lines(model, wall_seconds) result(lines)
     type(model_t), intent(in), target :: model   !! with processes
     real(wp), intent(in) :: wall_seconds         !! of all steps
@@ -53,7 +55,7 @@ contains
     type(contact_view_t), allocatable :: pairs(:)
     type(traffic_t) :: traffic
     integer(int64) :: n_evaluations
-    real(wp) :: own(4), joined(4*model%ranks%n), all_values(4, model%ranks%n)
+    real(wp) :: own(5), joined(5*model%ranks%n), all_values(5, model%ranks%n)
     integer :: i
 
     own = 0.0_wp
@@ -74,7 +76,8 @@ contains
     end do
     own(3) = 8.0e-3_wp*traffic%n_values/n_evaluations
     own(4) = ticks_to_seconds(traffic%ticks)
-    call model%ranks%gather(spread(4, 1, model%ranks%n), own, joined, .true.)
+    own(5) = most_megabytes()
+    call model%ranks%gather(spread(5, 1, model%ranks%n), own, joined, .true.)
     all_values = reshape(joined, shape(all_values))
     allocate (lines(0))
     call append_text(lines, rows_line(model%bodies%blank%parts(1)%element%motion%rows, &
@@ -86,7 +89,18 @@ contains
       " kB received by a process in each increment, "//rounded_text(minval(all_values(4, :)))// &
       " to "//rounded_text(maxval(all_values(4, :)))//" s of "//rounded_text(wall_seconds)// &
       " s in the processes, waiting for each other included")
+    call append_text(lines, memory_line(all_values(5, :)))
   end function process_lines
+
+  !> The first process takes more: it writes the results.
+  function memory_line(megabytes) result(line)
+    real(wp), intent(in) :: megabytes(:)         !! at most, of each process
+    character(:), allocatable :: line
+
+    line = "memory     at most "//to_text(nint(megabytes(1)))//" MB"
+    if (size(megabytes) > 1) line = line//" in the first process, "// &
+                                    to_text(nint(maxval(megabytes(2:))))//" MB in any other"
+  end function memory_line
 
   !> How many rows of control points the processes move.
   pure function rows_line(rows, n) result(line)

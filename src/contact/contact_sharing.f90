@@ -5,17 +5,17 @@ module contact_sharing
   use kinds, only: wp
   use ranks, only: ranks_t
   use parcel, only: parcel_t, pack_values, unpack_values
-  use row_shares, only: row_shares_t, know_all_rows, gather_rows
+  use row_shares, only: row_shares_t, know_all_rows
+  use state_store, only: state_store_t
+  use store_gather, only: join_tables
   use contact_tiles, only: tile_t
-  use contact, only: contact_t, is_worked_here, find_bands
-  use tile_results, only: tile_result_t, n_result_numbers, numbers_of, result_of, gather_points
+  use contact, only: contact_t, carry_contact, is_worked_here, find_bands
+  use tile_results, only: tile_result_t, n_result_numbers, numbers_of, result_of
   implicit none
   private
 
   public :: share_contact, join_contact, last_rows, send_touching, receive_touching, &
             add_row_costs, send_bands, receive_bands, n_band_numbers
-
-  integer, parameter :: n_values = 16    ! of a point that pass
 
 contains
 
@@ -185,48 +185,11 @@ contains
   !> What the next call must know of all points, at all processes. The tiles stay shared.
   subroutine join_contact(contact)
     type(contact_t), intent(inout) :: contact
-    real(wp), allocatable :: values(:, :)
+    type(state_store_t) :: store
 
     if (.not. contact%is_shared) return
-    allocate (values(n_values, contact%secondary%n_points), source=0.0_wp)
-    values(1, :) = real(contact%face, wp)
-    values(2:3, :) = contact%at
-    values(4, :) = contact%test_at
-    values(5, :) = contact%search_at
-    values(6, :) = contact%start
-    values(7:9, :) = transpose(contact%force)
-    if (allocated(contact%friction)) values(10:12, :) = contact%friction%stretch
-    if (allocated(contact%damping)) values(13:15, :) = contact%damping%force
-    if (allocated(contact%room)) values(16, :) = contact%room
-    call gather_points(contact%ranks, contact%tiles, contact%owners, &
-                       contact%secondary%n_along(1), values)
-    contact%face = nint(values(1, :))
-    contact%at = values(2:3, :)
-    contact%test_at = values(4, :)
-    contact%search_at = values(5, :)
-    contact%start = values(6, :)
-    contact%force = transpose(values(7:9, :))
-    if (allocated(contact%friction)) contact%friction%stretch = values(10:12, :)
-    if (allocated(contact%damping)) contact%damping%force = values(13:15, :)
-    if (allocated(contact%room)) contact%room = values(16, :)
-    if (contact%rows%is_shared) call join_tiles(contact)
+    call join_tables(store, contact%ranks, is_everywhere=.true.)
+    call carry_contact(contact, store)
   end subroutine join_contact
-
-  !> Where processes move but some of the rows: how far all tiles have come, and the control points.
-  subroutine join_tiles(contact)
-    type(contact_t), intent(inout) :: contact
-    real(wp) :: own(2, size(contact%tiles)), joined(2*size(contact%tiles))
-    integer :: counts(contact%ranks%n), r
-
-    associate (mine => contact%owners == contact%ranks%number, n => contact%secondary%n_net)
-      own(1, :count(mine)) = pack(contact%tiles%travel, mine)
-      own(2, :count(mine)) = pack(contact%tiles%test_at, mine)
-      counts = [(2*count(contact%owners == r), r=0, contact%ranks%n - 1)]
-      call contact%ranks%gather(counts, reshape(own, [size(own)]), joined, .true.)
-      contact%tiles%travel = joined(1::2)
-      contact%tiles%test_at = joined(2::2)
-      call gather_rows(contact%rows, [n, 3], contact%motion%now)
-    end associate
-  end subroutine join_tiles
 
 end module contact_sharing

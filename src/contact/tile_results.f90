@@ -4,13 +4,14 @@ module tile_results
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use ranks, only: ranks_t, traffic_t, gather_counted
+  use state_store, only: state_store_t, carry
   use contact_tiles, only: tile_t
   implicit none
   private
 
   public :: contact_statistics_t, tile_result_t, count_iterations
-  public :: add_result, add_counts, exchange_results, exchange_forces, gather_points
-  public :: numbers_of, result_of
+  public :: add_result, add_counts, exchange_results, exchange_forces, find_points_of
+  public :: numbers_of, result_of, carry_counts
 
   !> Counts over all calls; `n_touching` of the last call.
   type :: contact_statistics_t
@@ -47,6 +48,22 @@ contains
     counts%n_iterations = counts%n_iterations + n_iterations*n_points
     counts%max_iterations = max(counts%max_iterations, n_iterations)
   end subroutine count_iterations
+
+  !> Put counts, or take them back.
+  pure subroutine carry_counts(counts, store)
+    type(contact_statistics_t), intent(inout) :: counts
+    type(state_store_t), intent(inout) :: store
+
+    call carry(store, "n_calls", counts%n_calls)
+    call carry(store, "n_points", counts%n_points)
+    call carry(store, "n_tested", counts%n_tested)
+    call carry(store, "n_iterations", counts%n_iterations)
+    call carry(store, "n_fallbacks", counts%n_fallbacks)
+    call carry(store, "n_searches", counts%n_searches)
+    call carry(store, "n_failures", counts%n_failures)
+    call carry(store, "max_iterations", counts%max_iterations)
+    call carry(store, "first_failed", counts%first_failed)
+  end subroutine carry_counts
 
   !> Add what a tile, or a band of them, has found.
   pure subroutine add_result(part, total)
@@ -191,44 +208,22 @@ contains
     end do
   end subroutine exchange_forces
 
-  !> Values at the points of a face, which the processes have of their tiles, at all processes.
-  subroutine gather_points(ranks, tiles, owners, n_along, values)
-    class(ranks_t), intent(in) :: ranks
+  !> Points of the tiles that a process works, in rising order.
+  pure subroutine find_points_of(process, tiles, owners, n_along, points)
+    integer, intent(in) :: process                       !! its number
     type(tile_t), intent(in) :: tiles(:)
     integer, intent(in) :: owners(:)                     !! of the tiles
-    integer, intent(in) :: n_along                       !! points of a row of the face
-    real(wp), intent(inout) :: values(:, :)              !! shape (values of a point, points)
-    integer :: sizes(size(tiles)), places(size(tiles)), counts(ranks%n), t, row, n, m
-    real(wp), allocatable :: own(:), joined(:)
+    integer, intent(in) :: n_along(2)                    !! points of the face by direction
+    integer, allocatable, intent(out) :: points(:)
+    logical :: is_here(n_along(1), n_along(2))
+    integer :: t, i
 
-    m = size(values, 1)
     do t = 1, size(tiles)
-      sizes(t) = m*product(tiles(t)%last - tiles(t)%first + 1)
+      associate (low => tiles(t)%first, high => tiles(t)%last)
+        is_here(low(1):high(1), low(2):high(2)) = owners(t) == process
+      end associate
     end do
-    call find_places(ranks, owners, sizes, counts, places)
-    allocate (own(size(values)), joined(size(values)))
-    n = 0
-    do t = 1, size(tiles)
-      if (owners(t) /= ranks%number) cycle
-      do row = tiles(t)%first(2), tiles(t)%last(2)
-        associate (low => (row - 1)*n_along + tiles(t)%first(1), &
-                   high => (row - 1)*n_along + tiles(t)%last(1))
-          own(n + 1:n + m*(high - low + 1)) = reshape(values(:, low:high), [m*(high - low + 1)])
-          n = n + m*(high - low + 1)
-        end associate
-      end do
-    end do
-    call ranks%gather(counts, own, joined, .true.)
-    do t = 1, size(tiles)
-      n = places(t)
-      do row = tiles(t)%first(2), tiles(t)%last(2)
-        associate (low => (row - 1)*n_along + tiles(t)%first(1), &
-                   high => (row - 1)*n_along + tiles(t)%last(1))
-          values(:, low:high) = reshape(joined(n + 1:n + m*(high - low + 1)), [m, high - low + 1])
-          n = n + m*(high - low + 1)
-        end associate
-      end do
-    end do
-  end subroutine gather_points
+    points = pack([(i, i=1, size(is_here))], reshape(is_here, [size(is_here)]))
+  end subroutine find_points_of
 
 end module tile_results

@@ -1,11 +1,11 @@
-!> How much memory this program may still take.
+!> How much memory this program may still take, and has taken.
 module free_memory
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
   implicit none
   private
 
-  public :: free_megabytes, free_in_groups
+  public :: free_megabytes, free_in_groups, most_megabytes
 
   real(wp), parameter :: kilobyte = 1024.0_wp, megabyte = 1048576.0_wp
 
@@ -36,6 +36,11 @@ contains
     megabytes = min(megabytes, free_in_groups("/proc/self/cgroup", "/sys/fs/cgroup"))
     megabytes = max(megabytes, 0.0_wp)
   end function free_megabytes
+
+  !> The most memory that this program has had at once [MB]; negative where that is not known.
+  real(wp) function most_megabytes() result(megabytes)
+    megabytes = number_in("/proc/self/status", "VmHWM:")*kilobyte/megabyte
+  end function most_megabytes
 
   !> The least of what the control groups of a process leave, versions 1 and 2: a group has the
   !! limits of those above it, too [MB]. Huge where there is none. What the system keeps of files

@@ -1,5 +1,6 @@
 !> Named numbers: what a run must know to go on. Whoever holds state puts it here under a name and
-!! takes it back; what becomes of the numbers in between is not his concern.
+!! takes it back; what becomes of the numbers in between is not his concern. A store with a visitor
+!! shows him tables where they are, see `visitor_t`.
 module state_store
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -21,6 +22,23 @@ module state_store
     integer :: n_columns = 0
   end type state_entry_t
 
+  !> Who looks at tables of which only some columns are held here, in their place. Nothing else is
+  !! put then, and nothing taken.
+  type, abstract, public :: visitor_t
+  contains
+    procedure(visit_interface), deferred :: visit
+  end type visitor_t
+
+  abstract interface
+    subroutine visit_interface(self, n, n_columns, columns, values)
+      import :: visitor_t, wp
+      class(visitor_t), intent(inout) :: self
+      integer, intent(in) :: n, n_columns             !! numbers of a column, columns
+      integer, intent(in) :: columns(:)               !! those held here, in rising order
+      real(wp), intent(inout) :: values(n, n_columns)
+    end subroutine visit_interface
+  end interface
+
   !> All of them; `entries` is longer than `n_entries` says.
   type :: state_store_t
     integer :: n_entries = 0
@@ -28,6 +46,9 @@ module state_store
     logical :: is_taking = .false.        !! what is carried is taken back, else put
     character(:), allocatable :: folder   !! put before every name, see `enter_folder`
     character(:), allocatable :: reason    !! first name put twice or missed; empty: none
+    class(visitor_t), allocatable :: visitor   !! of tables; mostly none
+    !> Only tables are put of which others hold columns: the rest is put elsewhere.
+    logical :: has_parts_alone = .false.
   end type state_store_t
 
   !> Put a single value, or take it back, as the store stands, so that it is named but once. Whole
@@ -66,6 +87,7 @@ contains
     real(wp), intent(in) :: values(n)
     integer :: place
 
+    if (store%has_parts_alone) return
     call add_room(store, name, n, place)
     if (place > 0) store%entries(place)%values = values
   end subroutine add_entry
@@ -132,6 +154,7 @@ contains
     integer, intent(in) :: n
     real(wp), intent(inout) :: values(n)
 
+    if (allocated(store%visitor)) return
     if (store%is_taking) then
       call take_array(store, name, n, values)
     else
@@ -148,10 +171,12 @@ contains
     real(wp), intent(inout) :: values(n)
     integer :: place, i
 
+    if (allocated(store%visitor)) return
     if (store%is_taking) then
       call take_array(store, name, n, values)
       return
     end if
+    if (store%has_parts_alone) return
     call add_room(store, full_name(store, name), n, place)
     if (place == 0) return
     associate (copy => store%entries(place)%values)
@@ -176,6 +201,8 @@ contains
 
     if (.not. present(columns)) then
       call carry_field(store, name, n*n_columns, values)
+    else if (allocated(store%visitor)) then
+      call store%visitor%visit(n, n_columns, columns, values)
     else if (store%is_taking) then
       call take_columns(store, name, n, n_columns, columns, values)
     else
@@ -254,17 +281,19 @@ contains
     flags = values > 0.5_wp
   end subroutine carry_flags
 
-  !> The same for places in a list, 0 for none: others are an error.
-  pure subroutine carry_indices(store, name, n, largest, indices)
+  !> The same for places in a list, 0 for none: others are an error. With `columns` some of them are
+  !! held elsewhere, see `carry_columns`.
+  subroutine carry_indices(store, name, n, largest, indices, columns)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: name
     integer, intent(in) :: n
     integer, intent(in) :: largest           !! length of the list
     integer, intent(inout) :: indices(n)
+    integer, intent(in), optional :: columns(:)
     real(wp) :: values(n)
 
     values = real(indices, wp)
-    call carry_array(store, name, n, values)
+    call carry_columns(store, name, 1, n, values, columns)
     ! Written so that a NaN counts as outside.
     if (all(values >= 0.0_wp .and. values <= largest)) then
       indices = nint(values)
@@ -317,12 +346,13 @@ contains
     value = flags(1)
   end subroutine carry_flag
 
-  !> Is there something under this name?
+  !> Is there something under this name? A visitor finds everything.
   pure logical function has_state(store, name)
     type(state_store_t), intent(in) :: store
     character(*), intent(in) :: name
 
-    has_state = find(store, full_name(store, name)) > 0
+    has_state = allocated(store%visitor)
+    if (.not. has_state) has_state = find(store, full_name(store, name)) > 0
   end function has_state
 
   pure function full_name(store, name) result(full)

@@ -3,8 +3,9 @@
 module part_shares
   use kinds, only: wp
   use ranks, only: ranks_t
-  use state_store, only: state_store_t, enter_folder
-  use store_gather, only: gather_tables
+  use state_store, only: state_store_t
+  use store_gather, only: join_tables
+  use spared_memory, only: sparing_t
   use tile_shares, only: even_shares
   use element, only: part_t
   implicit none
@@ -17,7 +18,8 @@ contains
   !> Each process works its share of the tiles of every part from now on: a contiguous range, even
   !! in the time that tiles took before, or else in elements. So all have work at each part, after
   !! which they wait for each other. Where points are not known everywhere, each goes on with what
-  !! it has. A law that must run on one thread stays with the first process.
+  !! it has. A law that must run on one thread stays with the first process. What is known of the
+  !! points of others is given up.
   subroutine share_parts(parts, is_serial, ranks, may_move, row_costs)
     type(part_t), intent(inout) :: parts(:)
     logical, intent(in) :: is_serial             !! the law
@@ -25,21 +27,24 @@ contains
     logical, intent(in) :: may_move              !! all processes know all points
     !> Time that other work took here, that goes with the rows of the first part [clock ticks].
     real(wp), intent(in) :: row_costs(:)
+    type(state_store_t) :: store
     real(wp), allocatable :: loads(:), costs(:)
     integer :: last(ranks%n), p
 
+    allocate (sparing_t :: store%visitor)
     do p = 1, size(parts)
-      if (.not. may_move) then
-        call parts(p)%element%work_own()
-        cycle
-      end if
       loads = parts(p)%element%tile_loads()
       if (size(loads) == 0) cycle
-      costs = parts(p)%element%tile_costs(row_costs(:merge(size(row_costs), 0, p == 1)))
-      if (size(costs) == size(loads)) call take_measured(ranks, costs, loads)
-      last = even_shares(loads, ranks%n)
-      if (is_serial) last = size(loads)
-      call parts(p)%element%share_tiles(ranks, last)
+      if (may_move) then
+        costs = parts(p)%element%tile_costs(row_costs(:merge(size(row_costs), 0, p == 1)))
+        if (size(costs) == size(loads)) call take_measured(ranks, costs, loads)
+        last = even_shares(loads, ranks%n)
+        if (is_serial) last = size(loads)
+        call parts(p)%element%share_tiles(ranks, last)
+      else
+        call parts(p)%element%work_own()
+      end if
+      call parts(p)%element%carry(store)
     end do
   end subroutine share_parts
 
@@ -65,16 +70,11 @@ contains
     type(state_store_t) :: store
     integer :: p
 
+    call join_tables(store, ranks, is_everywhere)
     do p = 1, size(parts)
       if (size(parts(p)%element%tile_loads()) == 0) cycle
-      store = state_store_t()
-      call enter_folder(store, "")
       call parts(p)%element%carry(store)
-      call gather_tables(ranks, store, is_everywhere)
-      if (ranks%number > 0 .and. .not. is_everywhere) cycle
-      call parts(p)%element%work_all()
-      store%is_taking = .true.
-      call parts(p)%element%carry(store)
+      if (store%is_taking) call parts(p)%element%work_all()
     end do
   end subroutine join_points
 

@@ -96,8 +96,7 @@ contains
     integer :: i
 
     do i = 1, store%n_entries
-      if (allocated(store%entries(i)%columns)) &
-        call gather_entry(ranks, store%entries(i), .false., ignored)
+      if (allocated(store%entries(i)%columns)) call gather_entry(ranks, store%entries(i), ignored)
     end do
   end subroutine hand_over
 
@@ -156,7 +155,7 @@ contains
     do i = 1, store%n_entries
       associate (entry => store%entries(i))
         if (allocated(entry%columns)) then
-          call gather_entry(ranks, entry, .false., whole)
+          call gather_entry(ranks, entry, whole)
           call write_reals(file, "/state/"//entry%name, whole, [size(whole)], "", &
                            "see docs/running.md")
         else

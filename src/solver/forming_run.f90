@@ -283,7 +283,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: warnings(:)
     real(wp) :: dt, rate
-    logical :: is_sample, is_frame, is_last, is_balanced, is_looking, is_moving, is_through
+    logical :: is_sample, is_frame, is_balanced, is_looking, is_moving, is_through
 
     dt = run%instant%dt
     rate = model%rate
@@ -298,10 +298,8 @@ contains
       is_frame = is_frame .or. is_due(run%control, run%control%frames, run%instant%time)
     end if
     call take_due_state(saver, model, run, results, is_end)
-    is_last = is_end
     is_moving = may_rows_move(model, run, is_end)
     is_looking = is_frame .or. is_moving
-    if (is_last) call look_at_points(model, run, is_everywhere=.true.)
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
     if (.not. model%step%is_static) then
@@ -314,11 +312,12 @@ contains
     if (run%is_file_lost .or. allocated(saver%stopped_by)) return
     if (is_sample) call take_sample(model, run, results, log)
     if (allocated(error)) return
-    if (is_moving .and. .not. is_last) call look_at_points(model, run, is_everywhere=.true.)
+    ! Modes, trims and static steps to come look at all points in each process.
+    if (is_looking) call look_at_points(model, run, is_moving .and. .not. (is_end .and. &
+                                        model%step%n_modes == 0 .and. size(model%later_steps) == 0))
     if (is_frame) then
       call start_watch(model%timer, run%watch_output)
       if (run%n_steps > 0) run%control%frames%done = run%control%frames%done + 1
-      if (.not. is_moving) call look_at_points(model, run, is_everywhere=.false.)
       call add_frame(model, run)
       call stop_watch(model%timer, run%watch_output)
     end if

@@ -11,7 +11,6 @@ module run_saver
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
   use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, has_state
   use model, only: model_t
-  use contact_effect, only: join_pairs
   use row_sharing, only: join_rows
   use frames, only: results_t, flush_results
   use ranks, only: is_first, first_says
@@ -99,7 +98,7 @@ contains
     saver%is_checking = saver%is_waiting .and. run%n_steps == saver%verification_step
     if (is_entry(saver, model, run)) then
       saver%is_checking = .true.
-      call take_state(saver%entry, model, run, results)
+      call take_state(saver%entry, model, run, results, is_whole=.true.)
     end if
     is_end = is_step_end .and. size(model%later_steps) == 0 .and. saver%is_lasting .and. &
              .not. is_saved(saver, run%n_steps, model%i_step)
@@ -117,7 +116,8 @@ contains
     saver%is_checking = .true.
     saver%verification_step = run%n_steps + merge(0, n_verifying, is_at_once)
     saver%is_waiting = .true.
-    call take_state(saver%next, model, run, results)
+    call take_state(saver%next, model, run, results, &
+                    is_first(model%ranks) .or. saver%retry > 0.0_wp)
     saver%taken_step = run%n_steps
     saver%taken_time = run%instant%time
   end subroutine take_due_state
@@ -182,20 +182,20 @@ contains
                                             mask=.not. model%later_steps%step%is_static)
   end function final_time
 
-  !> The state of this increment, not verified yet. Frames that are not written yet belong to it.
-  subroutine take_state(kept, model, run, results)
+  !> The state of this increment, not verified yet. Frames that are not written yet belong to it. A
+  !! process that never goes back to it needs no more than what it adds to the file.
+  subroutine take_state(kept, model, run, results, is_whole)
     type(kept_t), allocatable, intent(inout) :: kept
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(in) :: results
+    logical, intent(in) :: is_whole
 
     call start_watch(model%timer, run%watch_state)
     if (.not. allocated(kept)) allocate (kept)
     kept%n_frames = results%n_frames + run%n_waiting
-    if (allocated(model%ranks)) then
-      call join_rows(model, run)
-      call join_pairs(model%forces)
-    end if
+    call join_rows(model, run)
+    kept%store%has_parts_alone = .not. is_whole
     call pack_for_file(model, run, kept%n_frames, kept%store)
     kept%step = run%n_steps
     kept%time = run%instant%time

@@ -2,6 +2,7 @@
 module shell_setup
   use kinds, only: wp
   use failure, only: error_t, fail
+  use spared_memory, only: clear
   use text, only: place_text
   use linear_algebra, only: cross
   use knot_vector, only: find_span, basis_derivatives, constant_axis
@@ -82,10 +83,13 @@ contains
     associate (q => patch%axes%n_points)
       n = q(1)*q(2)
       patch%together = n
-      allocate (patch%stress(n_lanes, q(3)*n, 3, 1, patch%n_blocks), source=0.0_wp)
-      allocate (patch%state(n_lanes, q(3)*n, max(1, law%n_state), 1, patch%n_blocks), source=0.0_wp)
-      allocate (points%through(n_lanes, q(3), n, patch%n_blocks), source=0.0_wp)
+      allocate (patch%stress(n_lanes, q(3)*n, 3, 1, patch%n_blocks))
+      allocate (patch%state(n_lanes, q(3)*n, max(1, law%n_state), 1, patch%n_blocks))
+      allocate (points%through(n_lanes, q(3), n, patch%n_blocks))
     end associate
+    call clear(size(patch%stress), patch%stress)
+    call clear(size(patch%state), patch%state)
+    call clear(size(points%through), points%through)
     allocate (points%metric(n_lanes, 6, n, patch%n_blocks))
     allocate (points%resultant(n_lanes, 6, n, patch%n_blocks), source=0.0_wp)
     allocate (points%thickness(n_lanes, n, patch%n_blocks))

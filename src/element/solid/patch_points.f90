@@ -12,7 +12,7 @@ module patch_points
   use element, only: jacobian_in_span, grid_number
   use solid_patch, only: solid_patch_t, block_t, block_at, cut_number, local_place, basis_at, &
                          is_counted_lane, point_of_row, find_blocks_here, element_of_lane, &
-                         place_of_point
+                         place_of_point, is_block_here
   implicit none
   private
 
@@ -237,6 +237,7 @@ contains
     patch%spread_values = nodal
     !$omp parallel do schedule(static) private(k)
     do block = 1, patch%n_blocks
+      if (.not. is_block_here(patch, block)) cycle
       do k = 1, patch%n_fields
         patch%given(:, :, k, :, block) = patch%given(:, :, patch%n_fields + k, :, block)
       end do
@@ -255,14 +256,20 @@ contains
     integer :: k
 
     call find_blocks_here(patch, blocks)
-    do k = 1, patch%n_fields
-      associate (name => "given_"//to_text(k), n => patch%n_blocks)
-        if (store%is_taking .and. .not. has_state(store, name)) cycle
-        values = patch%given(:, :, k::patch%n_fields, :, :)
-        call carry_columns(store, name, size(values)/n, n, values, blocks)
-        if (store%is_taking) patch%given(:, :, k::patch%n_fields, :, :) = values
-      end associate
-    end do
+    associate (n => patch%n_blocks)
+      if (allocated(store%visitor)) then
+        call carry_columns(store, "given", size(patch%given)/n, n, patch%given, blocks)
+      else
+        do k = 1, patch%n_fields
+          associate (name => "given_"//to_text(k))
+            if (store%is_taking .and. .not. has_state(store, name)) cycle
+            values = patch%given(:, :, k::patch%n_fields, :, :)
+            call carry_columns(store, name, size(values)/n, n, values, blocks)
+            if (store%is_taking) patch%given(:, :, k::patch%n_fields, :, :) = values
+          end associate
+        end do
+      end if
+    end associate
     if (store%is_taking) patch%is_spread = .false.
   end subroutine carry_given
 

@@ -2,6 +2,7 @@
 module patch_setup
   use kinds, only: wp
   use failure, only: error_t, fail
+  use spared_memory, only: clear
   use text, only: place_text
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use knot_vector, only: knot_vector_t, span_table
@@ -88,7 +89,8 @@ contains
     patch%viscosity = new_viscosity(viscosity, law, lengths)
     q = patch%axes%n_points
     allocate (patch%push(n_lanes, q(3), q(1)*q(2), &
-                         merge(patch%n_blocks, 1, patch%viscosity%is_active)), source=0.0_wp)
+                         merge(patch%n_blocks, 1, patch%viscosity%is_active)))
+    call clear(size(patch%push), patch%push)
   end subroutine fill_patch
 
   !> From the tables of the axes, and the weights, to what follows of them.
@@ -149,8 +151,10 @@ contains
     q(3) = q(3)*together
     q(2) = q(1)*q(2)/together
     if (allocated(patch%stress)) deallocate (patch%stress, patch%state)
-    allocate (patch%stress(n_lanes, q(3), 6, q(2), patch%n_blocks), source=0.0_wp)
-    allocate (patch%state(n_lanes, q(3), n_state, q(2), patch%n_blocks), source=0.0_wp)
+    allocate (patch%stress(n_lanes, q(3), 6, q(2), patch%n_blocks))
+    allocate (patch%state(n_lanes, q(3), n_state, q(2), patch%n_blocks))
+    call clear(size(patch%stress), patch%stress)
+    call clear(size(patch%state), patch%state)
   end subroutine set_rows
 
   !> Each row by itself, for those who work them so. Stress and state are zero.
