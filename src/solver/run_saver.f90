@@ -116,11 +116,19 @@ contains
     saver%is_checking = .true.
     saver%verification_step = run%n_steps + merge(0, n_verifying, is_at_once)
     saver%is_waiting = .true.
-    call take_state(saver%next, model, run, results, &
-                    is_first(model%ranks) .or. saver%retry > 0.0_wp)
+    call take_state(saver%next, model, run, results, is_whole_here(saver, model))
     saver%taken_step = run%n_steps
     saver%taken_time = run%instant%time
   end subroutine take_due_state
+
+  !> Does this process write states, or go back to one? Others need no more of them than what they
+  !! add to the file.
+  pure logical function is_whole_here(saver, model) result(is_whole)
+    type(saver_t), intent(in) :: saver
+    type(model_t), intent(in) :: model
+
+    is_whole = is_first(model%ranks) .or. saver%retry > 0.0_wp
+  end function is_whole_here
 
   !> Is this the first increment of a later step of the deck, from which a retry may begin until
   !! there is a verified state of that step?
@@ -182,14 +190,13 @@ contains
                                             mask=.not. model%later_steps%step%is_static)
   end function final_time
 
-  !> The state of this increment, not verified yet. Frames that are not written yet belong to it. A
-  !! process that never goes back to it needs no more than what it adds to the file.
+  !> The state of this increment, not verified yet. Frames that are not written yet belong to it.
   subroutine take_state(kept, model, run, results, is_whole)
     type(kept_t), allocatable, intent(inout) :: kept
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(in) :: results
-    logical, intent(in) :: is_whole
+    logical, intent(in) :: is_whole             !! see `is_whole_here`
 
     call start_watch(model%timer, run%watch_state)
     if (.not. allocated(kept)) allocate (kept)
@@ -379,7 +386,7 @@ contains
     if (.not. allocated(saver%verified)) allocate (saver%verified)
     call unpack_run(model, run, store)
     if (store%reason == "") call carry_rest(model, run, saver%verified%n_frames, store)
-    saver%verified%store = store
+    if (is_whole_here(saver, model)) saver%verified%store = store
     saver%verified%step = run%n_steps
     saver%verified%time = run%instant%time
     saver%verified%deck_step = model%i_step
