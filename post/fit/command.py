@@ -4,10 +4,11 @@ import sys
 import numpy as np
 
 from post.fit.cyclic import LAWS
-from post.fit.data import read_material
+from post.fit.data import read_material, uncertainty_of
 from post.fit.figures import draw
 from post.fit.hardening import CURVES
 from post.fit.solve import fit
+from post.fit.unloading import LEAST_ROWS
 from post.fit.yields import FUNCTIONS, data_line
 from post.results import ResultsError
 from post.style import save
@@ -15,6 +16,8 @@ from post.style import save
 N_STARTS = 6         # of yield functions, the first one isotropic
 SPREAD = 0.3         # of the others about it
 EXPONENT = 8.0
+LEAST_YIELD = 1e-3   # of cyclic laws over the largest stress: *PLASTIC takes none of 0
+LARGE_MISFIT = 2.0   # of cyclic laws: something is wrong with the strains
 
 
 def add_arguments(command):
@@ -34,12 +37,17 @@ def run(arguments):
     if not curves and not cyclic and not functions:
         raise ResultsError("\n".join(missed.texts))
     print(f"** {material.name}")
+    for part, results in (("hardening", curves), ("cyclic", cyclic)):
+        tell_unloading(material, part, results, missed)
     for name, result in curves.items():
         show(f"*PLASTIC, HARDENING={name}", CURVES[name].constants, result,
              ", ".join(f"{value:.6g}" for value in result.constants))
     for name, result in cyclic.items():
         keyword, line = LAWS[name].lines(result.constants).split("\n", 1)
         show(keyword, LAWS[name].constants((len(result.constants) - 3) // 2), result, line)
+        unloading = material.unloadings.get("cyclic")
+        if name == "YOSHIDA UEMORI" and unloading and unloading.falls:
+            print(f"*UNLOADING MODULUS\n{unloading.e_a:.6g}, {unloading.xi:.6g}")
     for name, result in functions.items():
         line = data_line(FUNCTIONS[name], result.constants, exponent_of(material))
         show(f"*POTENTIAL, TYPE={name}", FUNCTIONS[name].constants, result, line)
@@ -47,6 +55,26 @@ def run(arguments):
     for text in missed.texts:
         print(f"post: {text}", file=sys.stderr)
     return 1 if missed.is_asked_for else 0
+
+
+def tell_unloading(material, part, results, missed):
+    """What the test shows of the modulus, or why it shows nothing."""
+    unloading = material.unloadings.get(part)
+    if not results or not unloading:
+        return
+    if unloading.falls:
+        seen = ", ".join(f"{slope:.6g} after a plastic strain of {strain:.3g}"
+                         for slope, strain in zip(unloading.slopes, unloading.strains))
+        print(f"** the modulus falls from young = {unloading.young:g}; slopes of unloading: "
+              f"{seen}\n** plastic strains with {unloading.e_a:.6g}, {unloading.xi:.6g} of "
+              "*UNLOADING MODULUS, which goes with YOSHIDA UEMORI")
+        return
+    misfit, n_seen = min(result.misfit for result in results.values()), len(unloading.slopes)
+    if n_seen < unloading.n_reversals and misfit > LARGE_MISFIT:
+        missed.texts.append(
+            f"{material.path}: {part}: the misfit is {misfit:.2g}, and {n_seen} of "
+            f"{unloading.n_reversals} unloadings show whether the modulus falls; expected "
+            f"{LEAST_ROWS} rows between each reversal and half of its stress, or plastic strains")
 
 
 class Missed:
@@ -66,8 +94,10 @@ class Missed:
 def show(keyword, names, result, line):
     """Deck lines and, as comments, the constants with their standard deviations."""
     print(f"** misfit {result.misfit:.3g} of the uncertainties of {len(result.errors)} data")
-    for name, value, deviation in zip(names, result.constants, result.deviations):
-        text = "not fixed by the data" if np.isnan(deviation) else f"+- {deviation:.2g}"
+    for name, value, deviation, at_bound in zip(names, result.constants, result.deviations,
+                                                result.at_bound):
+        text = ("at its bound" if at_bound else "not fixed by the data" if np.isnan(deviation)
+                else f"+- {deviation:.2g}")
         print(f"**   {name:>8} {value:12.6g} {text}")
     print(keyword)
     print(line)
@@ -96,7 +126,7 @@ def fit_hardening(material, missed):
         return {}
     part = material.parts["hardening"]
     strain, stress = material.curves["hardening"]
-    uncertainty = part.get("uncertainty", 0.01 * np.abs(stress).max())
+    uncertainty = uncertainty_of(part, stress)
     results = {}
     for name in part.get("laws", list(CURVES)):
         law = CURVES[name]
@@ -114,16 +144,17 @@ def fit_cyclic(material, missed):
     part = material.parts["cyclic"]
     strain, stress = material.curves["cyclic"]
     largest = np.abs(stress).max()
-    uncertainty = part.get("uncertainty", 0.01 * largest)
+    uncertainty = uncertainty_of(part, stress)
     n_back = part.get("back_stresses", 2)
     results = {}
     for name in part.get("laws", ["VOCE"]):
         law = LAWS[name]
         starts, names = law.starts(largest, n_back), law.constants(n_back)
+        low = [LEAST_YIELD * largest] + [0] * (len(names) - 1)
         results[name] = attempt(
             missed, "cyclic.laws", name, True, len(strain), len(names),
-            lambda law=law, starts=starts, names=names: fit(
-                lambda p: (law.stress(p, strain) - stress) / uncertainty, starts, 0, law.high,
+            lambda law=law, starts=starts, names=names, low=low: fit(
+                lambda p: (law.stress(p, strain) - stress) / uncertainty, starts, low, law.high,
                 names))
     return {name: result for name, result in results.items() if result}
 

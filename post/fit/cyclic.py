@@ -78,7 +78,7 @@ class CyclicLaw:
     stress: object       # function of constants and plastic strains
     constants: object    # function of the number of back stresses: names
     starts: object       # function of the largest stress and that number: where to begin
-    high: object         # largest constants; the least are 0
+    high: object         # largest constants; the least are 0, but for the first
     lines: object        # function of constants: those of the deck
 
 
@@ -90,8 +90,9 @@ def voce_starts(largest, n_back):
 
 
 def voce_lines(p):
-    back = "\n".join(row(pair) for pair in p[3:].reshape(-1, 2))
-    return f"*PLASTIC, HARDENING=VOCE\n{row(p[:3])}\n*BACK STRESS\n{back}"
+    lines = ["*PLASTIC, HARDENING=VOCE", row(p[:3])]
+    back = [row(pair) for pair in p[3:].reshape(-1, 2) if pair[0] > 0]
+    return "\n".join(lines + (["*BACK STRESS", *back] if back else []))
 
 
 def row(values):

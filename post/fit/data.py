@@ -33,6 +33,7 @@ import numpy as np
 
 from post.fit.cyclic import LAWS
 from post.fit.hardening import CURVES
+from post.fit.unloading import plastic_strains, unloading_of
 from post.fit.yields import FUNCTIONS
 from post.number_table import read_numbers
 from post.results import ResultsError, counted
@@ -64,7 +65,13 @@ class Material:
     path: str = ""
     parts: dict = field(default_factory=dict)
     curves: dict = field(default_factory=dict)     # of hardening and cyclic: plastic strain, stress
+    unloadings: dict = field(default_factory=dict)   # of the same, with whole strains
     tension: list = field(default_factory=list)
+
+
+def uncertainty_of(part, stress):
+    """The scatter of the stresses of a curve."""
+    return part.get("uncertainty", 0.01 * np.abs(stress).max())
 
 
 def read_material(path):
@@ -92,9 +99,7 @@ class Reader(TomlReader):
         material.tension = self.tension(source.get("tension", []))
         for name in ("hardening", "cyclic"):
             if name in parts:
-                curve = self.curve(parts[name], name, material.young)
-                if curve is not None:
-                    material.curves[name] = curve
+                self.curve(parts[name], name, material)
         self.ratios(parts.get("biaxial", {}), "biaxial")
         self.names(parts.get("hardening", {}), "laws", list(CURVES), "hardening")
         self.names(parts.get("cyclic", {}), "laws", list(LAWS), "cyclic")
@@ -167,9 +172,10 @@ class Reader(TomlReader):
                 self.fault(f"{where}.{key}", repr(name), f"one of {', '.join(known)}"
                            + hint(str(name).upper(), known))
 
-    def curve(self, part, where, young):
+    def curve(self, part, where, material):
         """Plastic strain and stress, from a file or from points."""
         kind = part.get("strain", "plastic")
+        young = material.young
         if kind not in ("plastic", "whole"):
             self.fault(f"{where}.strain", repr(kind), "plastic or whole")
         elif kind == "whole" and young <= 0:
@@ -177,13 +183,15 @@ class Reader(TomlReader):
                        f"strain of {where}")
         rows, place = self.rows(part, where)
         if rows is None or not self.is_plausible(rows, part, where, place, young):
-            return None
+            return
         strain, stress = rows.T
         if kind == "whole" and young > 0:
-            plastic = strain - stress / young
+            unloading = unloading_of(strain, stress, young, uncertainty_of(part, stress))
+            plastic = plastic_strains(strain, stress, unloading.modulus)
             flows = np.abs(np.diff(plastic, prepend=0.0)) > FLOWING * np.abs(np.diff(strain,
                                                                                      prepend=0.0))
             strain, stress = plastic[flows], stress[flows]
+            material.unloadings[where] = unloading
         if len(strain) < LEAST_ROWS[where]:
             self.fault(place, counted(len(strain), "row") + " of plastic strain",
                        f"at least {LEAST_ROWS[where]}")
@@ -192,8 +200,7 @@ class Reader(TomlReader):
                        + ("and young of this test" if kind == "whole" else
                           "or strain = \"whole\" with young for strains with elastic parts"))
         else:
-            return strain, stress
-        return None
+            material.curves[where] = strain, stress
 
     def rows(self, part, where):
         """The table of a curve and where it is from; None with a fault."""

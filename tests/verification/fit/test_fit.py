@@ -23,6 +23,7 @@ from post.fit import command, solve  # noqa: E402
 from post.fit.data import read_material  # noqa: E402
 from post.fit.cyclic import LAWS, back_stresses, two_surfaces  # noqa: E402
 from post.fit.hardening import CURVES  # noqa: E402
+from post.fit.unloading import unloading_of  # noqa: E402
 from post.fit.yields import FUNCTIONS, data_line  # noqa: E402
 from post.results import ResultsError  # noqa: E402
 
@@ -194,6 +195,58 @@ class TestCurves(unittest.TestCase):
         np.testing.assert_allclose(result.constants, p, rtol=1e-4)
         self.assertEqual(LAWS["YOSHIDA UEMORI"].lines(result.constants).split("\n")[1],
                          "124, 168, 500, 12, 9, 0.5, 190")
+
+    def test_constants_at_their_bounds(self):
+        """Ideal plasticity wants no hardening, and softening less than none."""
+        law, strain = CURVES["VOCE"], np.linspace(0, 0.2, 20)
+        for slope in (0, -50):
+            result = solve.fit(lambda p, s=slope: law.value(p, strain) - 200 - s * strain,
+                               [[180.0, 20.0, 10.0]], law.low, law.high)
+            self.assertEqual(result.constants[1], 0)
+            np.testing.assert_array_equal(result.at_bound[:2], [False, True])
+        result = solve.fit(lambda p: law.value(p, strain) - 200 - 50 * strain,
+                           [[180.0, 20.0, 10.0]], law.low, law.high)
+        self.assertFalse(result.at_bound[:2].any())
+        self.assertNotIn("BACK", LAWS["VOCE"].lines(np.array([200.0, 0, 3, 0, 40])))
+        self.assertTrue(LAWS["VOCE"].lines(np.array([200.0, 0, 3, 0, 40, 9, 8])).endswith(
+            "*BACK STRESS\n9, 8"))
+
+    def test_a_modulus_that_falls_is_seen(self):
+        """In the slopes of unloading; without it plastic strains are wrong."""
+        p = np.array([124.0, 44.0, 500.0, 12.0, 9.0, 0.5, 190.0])
+        for e_a, xi in ((152000, 30.8), (170000, 60), (210000, 30)):
+            with tempfile.TemporaryDirectory() as folder:
+                found = igaform_tests(
+                    folder, "*PLASTIC, HARDENING=YOSHIDA UEMORI\n124, 168, 500, 12, 9, 0.5, 190\n"
+                    f"*UNLOADING MODULUS\n{e_a}, {xi}\n",
+                    "*MATERIAL TEST, NAME=tc, MATERIAL=m, TYPE=CYCLIC, INCREMENTS=500\n"
+                    "0.02, 2\n")["tc"]
+                rows = np.transpose([found["strain_11"], found["stress_11"]])
+                np.savetxt(os.path.join(folder, "cyclic.csv"), rows, delimiter=",")
+                path = os.path.join(folder, "data.toml")
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write("young = 210000\n[cyclic]\ncurve = 'cyclic.csv'\n"
+                               "strain = 'whole'\n")
+                material = read_material(path)
+            unloading = material.unloadings["cyclic"]
+            self.assertEqual((len(unloading.slopes), unloading.n_reversals), (4, 4))
+            self.assertEqual(unloading.falls, e_a < 210000)
+            if unloading.falls:
+                np.testing.assert_allclose([unloading.e_a, unloading.xi], [e_a, xi], rtol=2e-3)
+            strain, stress = material.curves["cyclic"]
+            apart = np.abs(two_surfaces(p, strain) - stress)
+            self.assertLess(apart.mean() / np.abs(stress).max(), 3e-3)
+
+    def test_scatter_is_no_fall_of_the_modulus(self):
+        """And a modulus that falls is seen through scatter."""
+        up, down = np.linspace(0, 0.01, 51), np.linspace(0, -0.004, 41)[1:]
+        for modulus, falls in ((210e3, False), (160e3, True)):
+            strain = np.concatenate([up, 0.01 + down])
+            stress = np.concatenate([np.minimum(210e3 * up, 400), 400 + modulus * down])
+            for seed in range(20):
+                noise = np.random.default_rng(seed).normal(0, 4.0, len(strain))
+                found = unloading_of(strain, stress + noise, 210e3, 4.0)
+                self.assertEqual(found.falls, falls)
 
     def test_deviations_cover_the_scatter(self):
         strain = np.linspace(0, 0.3, 40)
@@ -385,6 +438,26 @@ class TestCommand(unittest.TestCase):
             self.assertIn("HARDENING=VOCE", done.stdout)
             self.assertIn("hardening.laws: HOCKETT SHERBY is not fitted: found 3 data", done.stderr)
             self.assertTrue(os.path.isfile(out))
+
+    def test_too_few_rows_of_unloading_are_told(self):
+        """A modulus that falls by a quarter, in rows too far apart to show it."""
+        e, yields, strains, stress = 210000.0, 300.0, [0.0], [0.0]
+        for end, modulus in ((0.02, e), (-0.02, 0.75 * e), (0.02, 0.75 * e)):
+            for strain in np.linspace(strains[-1], end, 14)[1:]:
+                trial = stress[-1] + modulus * (strain - strains[-1])
+                strains.append(strain)
+                stress.append(float(np.clip(trial, -yields, yields)))
+        with tempfile.TemporaryDirectory() as folder, \
+                contextlib.redirect_stdout(io.StringIO()), \
+                contextlib.redirect_stderr(io.StringIO()) as told:
+            path = os.path.join(folder, "data.toml")
+            with open(path, "w", encoding="utf-8") as file:
+                rows = [[float(x), y] for x, y in zip(strains, stress)]
+                file.write(f"young = {e}\n[cyclic]\nstrain = 'whole'\nuncertainty = 0.1\n"
+                           f"back_stresses = 1\npoints = {rows}\n")
+            self.assertEqual(command.run(SimpleNamespace(
+                file=path, out=os.path.join(folder, "fit.png"))), 0)
+        self.assertRegex(told.getvalue(), "data.toml: cyclic: the misfit is .* 0 of 2 unloadings")
 
     def test_the_picture_lies_beside_the_data(self):
         with tempfile.TemporaryDirectory() as folder:
