@@ -1,11 +1,9 @@
 """Earing: height of the rim of a drawn cup against the angle, beside measured heights."""
-import os
-
 import numpy as np
 
 from post.draw_in import Outline
 from post.number_table import read_numbers
-from post.results import Results, ResultsError
+from post.results import Results, ResultsError, name_of
 from post.style import plt, save, tool_colour
 
 MOST_GAP = 20.0      # degrees between places of a profile
@@ -43,10 +41,6 @@ def run(arguments):
         print(profile.line(angles))
     save(draw(profiles, unit), arguments.out)
     return 0
-
-
-def name_of(path):
-    return os.path.splitext(os.path.basename(path))[0]
 
 
 class Profile:

@@ -2,7 +2,7 @@
 
 A tool that moves is drawn against its own stroke, the way it moves most. A tool that is fixed or
 that a force moves hardly travels: it is drawn against the stroke of the tool that travels farthest,
-and a tool by force with mean and band.
+and a tool by force with mean and band. Other results and measured forces may be drawn beside.
 """
 import csv
 from typing import NamedTuple
@@ -10,12 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from post import model
-from post.results import Results, ResultsError
+from post.number_table import read_numbers
+from post.results import Results, ResultsError, name_of
 from post.steps import steps_of
 from post.style import plt, save, tool_colour
 
 BAND = (5, 95)       # per cent of the samples that lie below the edges of the band
 WINDOW = 0.1         # of the samples, over which mean and band are taken
+STYLES = ("--", ":", "-.")     # of the lines of other results
 
 
 def add_arguments(command):
@@ -26,6 +28,10 @@ def add_arguments(command):
                               "each symmetry plane of the deck, times the width that *REDUCE left "
                               "out)")
     command.add_argument("--csv", metavar="FILE", help="write stroke and force of these tools too")
+    command.add_argument("--with", dest="others", nargs="+", default=[], metavar="FILE",
+                         help="more result files, with the same tools, to draw beside the first")
+    command.add_argument("--measured", nargs="+", default=[], metavar="CSV",
+                         help="tables of stroke and force of the full part")
 
 
 def run(arguments):
@@ -37,15 +43,38 @@ def run(arguments):
 
 def shown(results, arguments):
     """The picture of the forces, which are printed too."""
-    part = Part(results, arguments.parts)
-    curves = [curve(results, name) for name in chosen(results, arguments)]
-    units = results.unit("VTKHDF/Points"), results.unit(f"tools/{results.tools[0]}/force")
-    print(part.text)
-    for one in curves:
-        print(told(one, part, *units))
+    part, curves = told_forces(results, arguments)
+    units = units_of(results)
     if arguments.csv:
         write_table(arguments.csv, [(one.name, one.stroke, one.load) for one in curves])
-    return draw(curves, part, *units)
+    figure, axis = draw(curves, part, *units)
+    for i, path in enumerate(arguments.others):
+        with Results(path) as other:
+            if units_of(other) != units:
+                raise ResultsError(f"'{path}' is in {', '.join(units_of(other))}, not in "
+                                   f"{', '.join(units)}")
+            other_part, curves = told_forces(other, arguments)
+        for one in curves:
+            plot(axis, one, other_part, f"{name_of(path)}: {one.name}", STYLES[i % len(STYLES)])
+    for path in arguments.measured:
+        axis.plot(*read_numbers(path).T, "o", color="black", markersize=4, label=name_of(path))
+    figure.legend(fontsize=8, loc="outside lower center", ncols=3)
+    return figure
+
+
+def told_forces(results, arguments):
+    """What was modelled and the forces of the tools, which are printed."""
+    part = Part(results, arguments.parts)
+    curves = [curve(results, name) for name in chosen(results, arguments)]
+    print(part.text)
+    for one in curves:
+        print(told(one, part, *units_of(results)))
+    return part, curves
+
+
+def units_of(results):
+    """Units of length and force."""
+    return results.unit("VTKHDF/Points"), results.unit(f"tools/{results.tools[0]}/force")
 
 
 class Part:
@@ -161,14 +190,7 @@ def draw(curves, part, length, unit):
     """Forces of the full part, a second axis for the modelled one."""
     figure, axis = plt.subplots(figsize=(8, 5), layout="constrained")
     for one in curves:
-        load, label = part.of_file * one.load, one.name
-        if one.is_pressed:
-            load, low, high = mean_and_band(load)
-            label += f", mean and {BAND[0]} to {BAND[1]} %"
-            axis.fill_between(one.stroke, low, high, color=one.colour, alpha=0.25, linewidth=0)
-        if one.along != one.name:
-            label += f", over the stroke of {one.along}"
-        axis.plot(one.stroke, load, color=one.colour, label=label)
+        plot(axis, one, part, one.name)
     axis.set(xlabel=f"stroke [{length}]", ylabel=f"force [{unit}]")
     if part.times != 1:
         axis.set_ylabel(f"force, full part [{unit}]")
@@ -176,8 +198,19 @@ def draw(curves, part, length, unit):
                                                           lambda modelled: modelled * part.times))
         beside.set_ylabel(f"force, modelled part [{unit}]")
     axis.set_title(part.text, fontsize=9)
-    figure.legend(fontsize=8, loc="outside lower center", ncols=min(len(curves), 3))
-    return figure
+    return figure, axis
+
+
+def plot(axis, one, part, label, style="-"):
+    """The force of a tool over its stroke."""
+    load = part.of_file * one.load
+    if one.is_pressed:
+        load, low, high = mean_and_band(load)
+        label += f", mean and {BAND[0]} to {BAND[1]} %"
+        axis.fill_between(one.stroke, low, high, color=one.colour, alpha=0.25, linewidth=0)
+    if one.along != one.name:
+        label += f", over the stroke of {one.along}"
+    axis.plot(one.stroke, load, style, color=one.colour, label=label)
 
 
 def mean_and_band(values):

@@ -340,5 +340,10 @@ def counted(n, noun, nouns=None):
     return f"{n} {noun if n == 1 else nouns or noun + 's'}"
 
 
+def name_of(path):
+    """The name of a file without folder and ending."""
+    return os.path.splitext(os.path.basename(path))[0]
+
+
 def text_of(value):
     return value.decode() if isinstance(value, bytes) else str(value)

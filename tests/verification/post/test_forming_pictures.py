@@ -215,7 +215,8 @@ class TestFormingLimits(Pictures):
 
 class TestForce(Pictures):
     def shown(self, name, **options):
-        words = argparse.Namespace(**{"tool": None, "parts": None, "csv": None} | options)
+        words = argparse.Namespace(**{"tool": None, "parts": None, "csv": None, "others": [],
+                                      "measured": []} | options)
         said = io.StringIO()
         with Results(path_of(name)) as results, contextlib.redirect_stdout(said):
             return force.shown(results, words), said.getvalue()
@@ -237,6 +238,19 @@ class TestForce(Pictures):
         self.assertAlmostEqual(mean, 19600, delta=1000)
         self.assertRegex(said, r"5 to 95 % \S+ N \(modelled \S+\) to ")
         self.assertEqual(len(figure.axes[0].collections), 1)
+        self.assert_readable(figure)
+
+    def test_other_results_and_measured_forces_lie_beside(self):
+        table = path_of("measured", ".csv")
+        with open(table, "w", encoding="utf-8") as file:
+            file.write("# stroke, force\n0, 0\n10, 20000\n20, 45000\n")
+        options = {"tool": ["punch"], "measured": [table]}
+        figure, _ = self.shown("box", **options, others=[path_of("box")])
+        own, other, points = figure.axes[0].lines
+        np.testing.assert_array_equal(own.get_xydata(), other.get_xydata())
+        np.testing.assert_array_equal(points.get_xydata(), [[0, 0], [10, 20000], [20, 45000]])
+        self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()],
+                         ["punch", "box: punch", "measured"])
         self.assert_readable(figure)
 
     def test_forces_end_with_the_use_of_the_tools(self):
