@@ -47,7 +47,8 @@ def shown(results, arguments):
     units = units_of(results)
     if arguments.csv:
         write_table(arguments.csv, [(one.name, one.stroke, one.load) for one in curves])
-    figure, axis = draw(curves, part, *units)
+    own = f"{name_of(results.path)}: " if arguments.others else ""
+    figure, axis = draw(curves, part, own, *units)
     for i, path in enumerate(arguments.others):
         with Results(path) as other:
             if units_of(other) != units:
@@ -186,11 +187,11 @@ def told(one, part, length, unit):
             f"{both(one.load[-1])}")
 
 
-def draw(curves, part, length, unit):
-    """Forces of the full part, a second axis for the modelled one."""
+def draw(curves, part, own, length, unit):
+    """Forces of the full part, a second axis for the modelled one; `own` leads the labels."""
     figure, axis = plt.subplots(figsize=(8, 5), layout="constrained")
     for one in curves:
-        plot(axis, one, part, one.name)
+        plot(axis, one, part, own + one.name)
     axis.set(xlabel=f"stroke [{length}]", ylabel=f"force [{unit}]")
     if part.times != 1:
         axis.set_ylabel(f"force, full part [{unit}]")

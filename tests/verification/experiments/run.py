@@ -14,6 +14,8 @@ sys.path.insert(0, PROJECT)
 
 from post.draw_in import Outline  # noqa: E402
 from post.earing import Profile, rim_of, table_of  # noqa: E402
+from post.force import stroke_and_force  # noqa: E402
+from post.number_table import read_numbers  # noqa: E402
 from post.results import Results  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -85,5 +87,25 @@ def box_aluminium(folder):
                     between(f"{name} at {stroke} mm, draw-in over measured", value / real, *limits)
 
 
+def cup_ddq(folder):
+    """Punch force and draw-in; Hill's function overstates how much more comes in at 45 degrees."""
+    measured = read_numbers(os.path.join(HERE, "cup_ddq.csv"))[1:]
+    barlat89 = {"potential": "ddq/barlat89.inc", **SHELL}
+    for name, spread, parameters in (("Hill", (8, 11), {}), ("BARLAT89", (5, 8), barlat89)):
+        with run(folder, **parameters) as results:
+            stroke, force = stroke_and_force(results, "punch")
+            for at, value in measured:
+                near = 4 * force[np.abs(stroke - at) <= 1.5].mean()
+                between(f"{name}, force at {at:g} mm over measured", near / value, 0.85, 1.1)
+            outline = Outline(results)
+            drawn = np.subtract(*(outline.radii(outline.at(frame), [0, 45, 90])
+                                  for frame in (None, len(results.times) - 1)))
+        for angle, value, real in zip((0, 90), drawn[::2], (29.0, 27.5)):
+            between(f"{name}, draw-in at {angle} over measured", value / real, 0.88, 1.06)
+        between(f"{name}, draw-in at 45 less that at 0 and 90, 3.75 mm measured",
+                drawn[1] - 0.5 * (drawn[0] + drawn[2]), *spread)
+
+
 with tempfile.TemporaryDirectory() as scratch:
-    {"cup_2090": cup_2090, "cup_6016": cup_6016, "box_aluminium": box_aluminium}[NAME](scratch)
+    {"cup_2090": cup_2090, "cup_6016": cup_6016, "cup_ddq": cup_ddq,
+     "box_aluminium": box_aluminium}[NAME](scratch)

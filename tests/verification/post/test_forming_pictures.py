@@ -250,7 +250,7 @@ class TestForce(Pictures):
         np.testing.assert_array_equal(own.get_xydata(), other.get_xydata())
         np.testing.assert_array_equal(points.get_xydata(), [[0, 0], [10, 20000], [20, 45000]])
         self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()],
-                         ["punch", "box: punch", "measured"])
+                         ["box: punch", "box: punch", "measured"])
         self.assert_readable(figure)
 
     def test_forces_end_with_the_use_of_the_tools(self):
