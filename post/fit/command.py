@@ -67,7 +67,8 @@ def tell_unloading(material, part, results, missed):
                          for slope, strain in zip(unloading.slopes, unloading.strains))
         print(f"** the modulus falls from young = {unloading.young:g}; slopes of unloading: "
               f"{seen}\n** plastic strains with {unloading.e_a:.6g}, {unloading.xi:.6g} of "
-              "*UNLOADING MODULUS, which goes with YOSHIDA UEMORI")
+              "*UNLOADING MODULUS, which goes with YOSHIDA UEMORI"
+              + ("; one slope does not fix both" if len(unloading.slopes) == 1 else ""))
         return
     misfit, n_seen = min(result.misfit for result in results.values()), len(unloading.slopes)
     if n_seen < unloading.n_reversals and misfit > LARGE_MISFIT:
