@@ -56,21 +56,23 @@ contains
     type(traffic_t) :: traffic
     integer(int64) :: n_evaluations
     real(wp) :: own(5), joined(5*model%ranks%n), all_values(5, model%ranks%n)
-    integer :: i
+    integer :: n_active, i
 
     own = 0.0_wp
     call model%bodies%blank%parts(1)%element%add_traffic(traffic)
-    ! Each of them makes one exchange there, or with rows of their own here.
-    n_evaluations = max(1_int64, traffic%n_calls + model%bodies%blank%traffic%n_calls)
+    ! Each of them makes one exchange there, or where each moves but some rows one here.
+    n_evaluations = max(1_int64, traffic%n_calls + model%bodies%blank%n_exchanges)
     traffic = model%bodies%blank%traffic
     do i = 1, size(model%bodies%blank%parts)
       own(1) = own(1) + sum(model%bodies%blank%parts(i)%element%tile_costs([real(wp) ::]))
       call model%bodies%blank%parts(i)%element%add_traffic(traffic)
     end do
-    pairs = [contact_pairs(model%forces), contact_pairs(model%retired)]
+    pairs = contact_pairs(model%forces)
+    n_active = size(pairs)
+    pairs = [pairs, contact_pairs(model%retired)]
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair%pair)
-        if (allocated(pair%ticks)) own(2) = own(2) + sum(real(pair%ticks, wp))
+        if (allocated(pair%ticks) .and. i <= n_active) own(2) = own(2) + sum(real(pair%ticks, wp))
         call sum_traffic(pair%traffic, traffic)
       end associate
     end do

@@ -748,7 +748,8 @@ contains
         rows = [rows, n_net(2) + rows, 2*n_net(2) + rows]
       end if
       call carry_columns(store, "travel", 1, size(contact%tiles), contact%tiles%travel, tiles)
-      call carry_columns(store, "tile_test_at", 1, size(contact%tiles), contact%tiles%test_at, tiles)
+      call carry_columns(store, "tile_test_at", 1, size(contact%tiles), contact%tiles%test_at, &
+                         tiles)
       call carry_array(store, "tool_displacement", 3, contact%motion%displacement)
       call carry(store, "is_started", contact%motion%is_started)
       call carry(store, "is_static", contact%is_static)

@@ -22,27 +22,27 @@ contains
   !> Several processes work the tiles from here on. Where each moves but some of the rows of control
   !! points, it works the bands of tiles whose first row is one of its own. Else tiles are dealt out
   !! by their diagonals, for those that touch lie side by side along or across a face.
-  subroutine share_contact(contact, ranks, rows)
+  subroutine share_contact(contact, ranks, rows, is_anew)
     type(contact_t), intent(inout) :: contact
     class(ranks_t), intent(in) :: ranks
     type(row_shares_t), intent(in), optional :: rows   !! absent: each knows all
-    integer :: owners(size(contact%tiles)), t
+    logical, intent(in), optional :: is_anew           !! work is counted anew; absent: yes
+    integer :: t
 
     if (.not. allocated(contact%ranks)) allocate (contact%ranks, source=ranks)
     contact%is_shared = ranks%n > 1
     call know_all_rows(contact%rows)
     if (present(rows)) contact%rows = rows
     if (contact%rows%is_shared) then
-      owners = [(owner_of_row(rows%last_of, contact%tiles(t)%net_first(2)), &
-                 t=1, size(contact%tiles))]
+      contact%owners = [(owner_of_row(rows%last_of, contact%tiles(t)%net_first(2)), &
+                         t=1, size(contact%tiles))]
     else
-      owners = mod(contact%tiles%diagonal, ranks%n)
+      contact%owners = mod(contact%tiles%diagonal, ranks%n)
     end if
-    if (allocated(contact%owners)) then
-      if (all(contact%owners == owners)) return
+    if (present(is_anew) .and. allocated(contact%ticks)) then
+      if (.not. is_anew) return
     end if
-    contact%owners = owners
-    contact%ticks = spread(0_int64, 1, size(owners))
+    contact%ticks = spread(0_int64, 1, size(contact%tiles))
   end subroutine share_contact
 
   !> Number of the process that a row belongs to.

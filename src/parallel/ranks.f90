@@ -11,11 +11,12 @@ module ranks
   use kinds, only: wp
   use failure, only: error_t
   use timer, only: clock_ticks
-  use parcel, only: parcel_t
+  use parcel, only: parcel_t, empty_parcel
   implicit none
   private
 
-  public :: share_error, is_first, first_says, gather_counted, pass_counted, sum_traffic
+  public :: share_error, is_first, first_says, gather_counted, gather_parcels, pass_counted, &
+            sum_traffic
 
   !> What an exchange has cost so far.
   type, public :: traffic_t
@@ -104,6 +105,20 @@ contains
     traffic%n_values = traffic%n_values + sum(int(counts, int64)) - counts(ranks%number + 1)
     traffic%n_calls = traffic%n_calls + 1
   end subroutine gather_counted
+
+  !> The parcels of all processes as one, in the order of their numbers.
+  subroutine gather_parcels(ranks, own, joined, traffic)
+    class(ranks_t), intent(in) :: ranks
+    type(parcel_t), intent(in) :: own
+    type(parcel_t), intent(inout) :: joined
+    type(traffic_t), intent(inout) :: traffic
+    real(wp) :: counts(ranks%n)
+
+    call ranks%gather(spread(1, 1, ranks%n), [real(own%n, wp)], counts, .true.)
+    call empty_parcel(joined, nint(sum(counts)))
+    call gather_counted(ranks, nint(counts), own%values, joined%values, traffic)
+    joined%n = nint(sum(counts))
+  end subroutine gather_parcels
 
   !> Pass parcels, and count what that costs.
   subroutine pass_counted(ranks, partners, sent, received, traffic)

@@ -3,7 +3,7 @@
 !! contact points touch. All that move a row move it alike.
 module row_shares
   use kinds, only: wp
-  use ranks, only: ranks_t
+  use ranks, only: ranks_t, traffic_t, gather_counted
   implicit none
   private
 
@@ -93,15 +93,22 @@ contains
   end subroutine gather_rows
 
   !> Numbers of each row, of which each process has those of its own ones, at all processes.
-  subroutine gather_row_values(rows, values)
+  subroutine gather_row_values(rows, values, traffic)
     type(row_shares_t), intent(in) :: rows          !! shared
     real(wp), intent(inout), contiguous :: values(:, :)   !! (numbers of a row, rows)
-    real(wp) :: joined(size(values))
+    type(traffic_t), intent(inout), optional :: traffic   !! where it is counted
+    type(traffic_t) :: uncounted
+    real(wp) :: joined(size(values)), own(size(values))
     integer :: counts(rows%ranks%n)
 
     counts = size(values, 1)*(rows%last_of - [0, rows%last_of(:rows%ranks%n - 1)])
-    call rows%ranks%gather(counts, reshape(values(:, rows%own_first:rows%own_last), &
-                                           [counts(rows%ranks%number + 1)]), joined, .true.)
+    own(:counts(rows%ranks%number + 1)) = reshape(values(:, rows%own_first:rows%own_last), &
+                                                  [counts(rows%ranks%number + 1)])
+    if (present(traffic)) then
+      call gather_counted(rows%ranks, counts, own, joined, traffic)
+    else
+      call gather_counted(rows%ranks, counts, own, joined, uncounted)
+    end if
     values = reshape(joined, shape(values))
   end subroutine gather_row_values
 

@@ -6,7 +6,7 @@ module store_gather
   implicit none
   private
 
-  public :: join_tables, gather_entry
+  public :: join_tables, gather_entry, complete_store
 
   integer, parameter :: part_size = 131072     !! numbers that pass at once: 1 MB
 
@@ -60,6 +60,25 @@ contains
       call join_columns(ranks, .false., n, entry%n_columns, entry%columns, nothing, entry%values)
     end if
   end subroutine gather_entry
+
+  !> All columns of all tables of a store, at all processes.
+  subroutine complete_store(ranks, store)
+    class(ranks_t), intent(in) :: ranks
+    type(state_store_t), intent(inout) :: store
+    real(wp), allocatable :: whole(:)
+    integer :: n, i
+
+    do i = 1, store%n_entries
+      if (.not. allocated(store%entries(i)%columns)) cycle
+      associate (entry => store%entries(i))
+        n = ranks%largest(size(entry%values)/max(1, size(entry%columns)))
+        allocate (whole(n*entry%n_columns))
+        call join_columns(ranks, .true., n, entry%n_columns, entry%columns, whole, entry%values)
+        call move_alloc(whole, entry%values)
+        deallocate (entry%columns)
+      end associate
+    end do
+  end subroutine complete_store
 
   !> The columns pass part by part, so that little room is needed beside the table.
   subroutine join_columns(ranks, is_everywhere, n, n_columns, columns, whole, packed)

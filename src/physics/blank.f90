@@ -1,5 +1,6 @@
 !> The deformable blank: patches joined at seams, and the law of their material.
 module blank
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t
   use parcel, only: parcel_t
@@ -35,6 +36,7 @@ module blank
     !> What passes between processes that move but some of the rows of control points.
     type(parcel_t), allocatable :: sent(:), received(:)
     type(traffic_t) :: traffic
+    integer(int64) :: n_exchanges = 0       !! of increments
   end type blank_t
 
   !> What effects act on.

@@ -6,6 +6,7 @@ module boundary
   use motion_curve, only: curve_value, curve_integral, start_curve
   use knot_vector, only: span_table
   use element, only: element_t, part_t
+  use ranks, only: traffic_t
   use row_shares, only: row_shares_t, gather_row_values
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
@@ -240,7 +241,8 @@ contains
 
     if (self%is_catching) call count_catch(self, bodies, instant)
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
-    self%lacks = no_values(self, bodies%blank%parts)
+    if (.not. allocated(self%lacks)) self%lacks = no_values(self, bodies%blank%parts)
+    self%lacks = 0.0_wp
     p = 1
     do while (p <= size(self%points, 2))
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
@@ -268,10 +270,11 @@ contains
   end subroutine sum_up
 
   !> Where processes move but some of the rows: the reactions of all supports, which have acted.
-  subroutine sum_supports(supports, rows, instant)
+  subroutine sum_supports(supports, rows, instant, traffic)
     type(effect_slot_t), intent(inout) :: supports(:)
     type(row_shares_t), intent(in) :: rows
     type(instant_t), intent(in) :: instant
+    type(traffic_t), intent(inout) :: traffic
     real(wp), allocatable :: values(:, :)
     integer :: i, stage
 
@@ -286,7 +289,7 @@ contains
           call sum_up(item, instant)
         end select
       end do
-      if (stage == 1) call gather_row_values(rows, values)
+      if (stage == 1) call gather_row_values(rows, values, traffic)
     end do
   end subroutine sum_supports
 
@@ -297,9 +300,8 @@ contains
     real(wp), allocatable :: values(:)
     integer :: n
 
-    n = 0
-    if (size(self%points, 2) > 0) n = maxval(self%points(2, :))
-    if (parts(1)%element%motion%rows%is_shared) n = size(parts(1)%element%mass, 2)
+    n = size(parts(1)%element%mass, 2)
+    if (size(self%points, 2) > 0) n = max(n, maxval(self%points(2, :)))
     allocate (values(n), source=0.0_wp)
   end function no_values
 

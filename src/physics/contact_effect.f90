@@ -184,10 +184,11 @@ contains
 
   !> Several processes work the points of all pairs among effects from here on; without them each
   !! works all. Wear needs the points in each increment.
-  subroutine share_pairs(effects, ranks, rows)
+  subroutine share_pairs(effects, ranks, rows, may_move)
     type(effect_slot_t), intent(inout), target :: effects(:)
     class(ranks_t), intent(in), optional :: ranks
-    type(row_shares_t), intent(in), optional :: rows   !! of control points; absent: each moves all
+    type(row_shares_t), intent(in), optional :: rows   !! of control points
+    logical, intent(in), optional :: may_move          !! they are dealt out anew
     type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
@@ -199,7 +200,7 @@ contains
       if (allocated(pairs(i)%pair%fields)) then
         if (pairs(i)%pair%fields%has_wear) cycle
       end if
-      call share_contact(pairs(i)%pair%pair, ranks, rows)
+      call share_contact(pairs(i)%pair%pair, ranks, rows, may_move)
     end do
   end subroutine share_pairs
 

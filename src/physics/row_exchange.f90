@@ -38,6 +38,7 @@ contains
         allocate (found(k)%bands(size(contact%tiles)/contact%n_across))
       end associate
     end do
+    bodies%blank%n_exchanges = bodies%blank%n_exchanges + 1
     call pass_forces(bodies%blank, pairs)
     call gather_findings(bodies%blank, pairs, found)
     call bodies%blank%parts(1)%element%finish_forces(bodies%blank%report)
@@ -85,11 +86,13 @@ contains
 
     associate (element => blank%parts(1)%element, rows => blank%parts(1)%element%motion%rows)
       counts = rows%n_reported
-      call empty_parcel(own, 0)
+      do k = 1, size(pairs)
+        counts = counts + [(n_band_numbers(pairs(k)%pair%pair, r), r=0, size(counts) - 1)]
+      end do
+      call empty_parcel(own, counts(rows%ranks%number + 1))
       call element%pass_reports(rows%ranks%number, .true., own)
       do k = 1, size(pairs)
         call send_bands(pairs(k)%pair%pair, own)
-        counts = counts + [(n_band_numbers(pairs(k)%pair%pair, r), r=0, size(counts) - 1)]
       end do
       call empty_parcel(joined, sum(counts))
       call gather_counted(rows%ranks, counts, own%values, joined%values, blank%traffic)

@@ -122,8 +122,11 @@ contains
     call stop_watch(model%timer, run%watch_motion)
     call apply_effects(model%supports, model%timer, model%bodies, run%instant)
     associate (rows => model%bodies%blank%parts(1)%element%motion%rows)
-      if (rows%is_shared .and. size(model%supports) > 0) &
-        call sum_supports(model%supports, rows, run%instant)
+      if (rows%is_shared .and. size(model%supports) > 0) then
+        call start_watch(model%timer, model%watch_exchange)
+        call sum_supports(model%supports, rows, run%instant, model%bodies%blank%traffic)
+        call stop_watch(model%timer, model%watch_exchange)
+      end if
     end associate
     call lead_edges(model%bodies%blank%parts)
     call add_impulse(run%balance, model%supports, run%instant%dt_mean)

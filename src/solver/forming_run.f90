@@ -12,7 +12,7 @@ module forming_run
   use body_parts, only: field_t, forces_of_parts
   use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths, share_pairs, join_pairs
-  use row_sharing, only: share_own_rows, join_rows, know_rows, costs_of_rows, may_rows_move
+  use row_sharing, only: share_own_rows, join_rows, know_rows, costs_of_rows, look_at_shares
   use effect, only: is_from_outside
   use prescribed_field, only: settle_fields
   use model, only: model_t, begin_next_step, apply_forces, increment_limit
@@ -31,7 +31,8 @@ module forming_run
   use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run
   use run_progress, only: progress_of, begin_pace
   use part_shares, only: share_parts, join_points
-  use health, only: check_health, is_failing, check_balance, check_pairs, check_hidden_depths, &
+  use health, only: check_health, is_failing, check_balance, is_lost, check_pairs, &
+                    check_hidden_depths, &
                     added_mass_warning, shear_warning, damage_warning
   implicit none
   private
@@ -96,7 +97,7 @@ contains
     call begin_pace(run)
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call log_first_trims(log, model)
-    if (.not. model%step%is_static) call share_points(model, may_move=.true.)
+    if (.not. model%step%is_static) call share_points(model, run, may_move=.true.)
     if (.not. run%is_resumed) call apply_forces(model, run%instant)
     if (model%step%is_static .and. .not. run%is_resumed) call begin_static(model, run)
     do
@@ -106,7 +107,7 @@ contains
       else if (run%is_file_lost) then
         return
       else
-        if (.not. model%step%is_static) call share_points(model, may_move=.false.)
+        if (.not. model%step%is_static) call share_points(model, run, may_move=.false.)
         if (.not. retry_run(saver, model, run, results, log)) exit
       end if
     end do
@@ -298,7 +299,7 @@ contains
       is_frame = is_frame .or. is_due(run%control, run%control%frames, run%instant%time)
     end if
     call take_due_state(saver, model, run, results, is_end)
-    is_moving = may_rows_move(model, run, is_end)
+    call look_at_shares(model, run, is_end, is_moving)
     is_looking = is_frame .or. is_moving
     is_balanced = is_sample .or. saver%is_checking
     is_through = .false.
@@ -333,7 +334,7 @@ contains
       if (allocated(error)) return
     end if
     if (model%step%n_modes > 0) return
-    if (is_looking .and. .not. model%step%is_static) call share_points(model, is_moving)
+    if (is_looking .and. .not. model%step%is_static) call share_points(model, run, is_moving)
     if (model%step%is_static) then
       call start_watch(model%timer, run%watch_static)
       call take_static_increment(model, run, log, error)
@@ -349,16 +350,17 @@ contains
   end subroutine run_increment
 
   !> Several processes work their own points from here on.
-  subroutine share_points(model, may_move)
+  subroutine share_points(model, run, may_move)
     type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
     logical, intent(in) :: may_move        !! from one to another: all processes know all points
 
     if (.not. allocated(model%ranks)) return
     associate (blank => model%bodies%blank)
       call share_parts(blank%parts, blank%law%is_serial, model%ranks, may_move, &
                        costs_of_rows(model))
-      call share_own_rows(model, may_move)
-      call share_pairs(model%forces, model%ranks, blank%parts(1)%element%motion%rows)
+      call share_own_rows(model, run, may_move)
+      call share_pairs(model%forces, model%ranks, blank%parts(1)%element%motion%rows, may_move)
     end associate
   end subroutine share_points
 
@@ -494,11 +496,11 @@ contains
     if (is_sample .and. size(model%probes) > 0) call join_rows(model, run)
     call take_balances(model, run, balance)
     is_first = run%n_steps == 0 .or. (run%n_steps <= first_steps .and. .not. model%step%is_static)
-    call check_balance(model, balance, is_first, run%instant, run%control, error)
-    if (allocated(error)) then   ! whose place is known to who knows all rows
+    if (allocated(model%ranks) .and. is_lost(model, balance, is_first, run%control)) then
       call join_rows(model, run)
-      call check_balance(model, balance, is_first, run%instant, run%control, error)
+      call join_pairs(model%forces)
     end if
+    call check_balance(model, balance, is_first, run%instant, run%control, error)
     if (is_sample) run%balance = balance
     call stop_watch(model%timer, watch)
   end subroutine check_state

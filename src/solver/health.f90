@@ -9,7 +9,7 @@ module health
   use blank, only: blank_t
   use effect, only: effect_slot_t, instant_t
   use contact_sharing, only: join_contact
-  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
+  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs, join_pairs
   use face_penetration, only: element_sizes, points_of_element
   use tool_bends, only: elements_on_radius
   use tool, only: tool_t
@@ -29,7 +29,8 @@ module health
   implicit none
   private
 
-  public :: check_health, is_failing, find_failure, check_balance, check_pairs, check_hidden_depths
+  public :: check_health, is_failing, find_failure, check_balance, is_lost, check_pairs
+  public :: check_hidden_depths
   public :: added_mass_warning, shear_warning, damage_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
@@ -83,20 +84,17 @@ contains
     character(:), allocatable :: what, fastest
     real(wp) :: place(3)
 
+    if (.not. is_lost(model, balance, is_early, control)) return
     if (.not. abs(balance%alarm) <= huge(1.0_wp)) then
       what = "the energies are NaN or infinite "//when(instant)
-    else if (is_early .or. .not. model%step%energy_limit > 0.0_wp) then
-      return
     else if (abs(balance%alarm) > model%step%energy_limit) then
       what = "energy balance lost "//when(instant)//": error "//to_text(balance%alarm)// &
              ", limit "//to_text(model%step%energy_limit)
-    else if (control%safety > 1.0_wp .and. balance%kinetic < -alternation*balance%reference) then
+    else
       what = "the velocities change sign in each increment "//when(instant)// &
              ": kinetic energy, of velocities half a step before and after, "// &
              rounded_text(balance%kinetic)//", largest energy so far "// &
              rounded_text(balance%reference)
-    else
-      return
     end if
     if (model%step%is_static) then
       call fail(error, what//"; the increments of the static step are too large for the way of "// &
@@ -107,6 +105,19 @@ contains
     call fail(error, what//"; fastest is "//fastest// &
               causes_of(energy_lost, facts_of(model, instant, control, place)))
   end subroutine check_balance
+
+  !> Is there something that `check_balance` tells of?
+  pure logical function is_lost(model, balance, is_early, control)
+    type(model_t), intent(in) :: model
+    type(energy_balance_t), intent(in) :: balance
+    logical, intent(in) :: is_early       !! all but NaN or infinite values pass
+    type(step_control_t), intent(in) :: control
+
+    is_lost = .not. abs(balance%alarm) <= huge(1.0_wp)
+    if (is_lost .or. is_early .or. .not. model%step%energy_limit > 0.0_wp) return
+    is_lost = abs(balance%alarm) > model%step%energy_limit .or. &
+              (control%safety > 1.0_wp .and. balance%kinetic < -alternation*balance%reference)
+  end function is_lost
 
   !> Warning where masses are scaled and the kinetic energy exceeds a twentieth of the internal
   !! energy, a customary limit for quasi-static forming; empty otherwise.
@@ -183,6 +194,7 @@ contains
       associate (pair => pairs(i)%pair)
         if (pair%pair%statistics%first_failed > 0 .and. .not. pair%has_told_failure) then
           pair%has_told_failure = .true.
+          call join_contact(pair%pair)
           call append_text(warnings, "warning: "//pair%name// &
                            ": no closest point was found, "//when(instant)//", for "// &
                            contact_point_text(pair%pair, tools(pair%tool), &
@@ -190,7 +202,7 @@ contains
                            "no contact there; the number of failed searches is at the end")
         end if
         if (limit > 0.0_wp .and. pair%depth > limit*pair%thickness) then
-          call join_contact(pair%pair)
+          call join_pairs(effects)
           call find_deepest_point(pair%pair, tools(pair%tool), deepest, place)
           call find_speeds(law, tools, facts)
           facts%edge = tool_edge_near(effects, tools, place)

@@ -11,7 +11,7 @@ module row_sharing
   implicit none
   private
 
-  public :: share_own_rows, join_rows, know_rows, costs_of_rows, may_rows_move
+  public :: share_own_rows, join_rows, know_rows, costs_of_rows, look_at_shares
 
   real(wp), parameter :: uneven = 1.05_wp      ! work of the busiest process over the mean
   integer, parameter :: first_look = 64        ! increments before that is looked at
@@ -20,8 +20,9 @@ contains
 
   !> From here on each process moves the rows that its elements and contact points need, if nothing
   !! in the step needs more. Where rows may not change hands, those that it has moved before.
-  subroutine share_own_rows(model, may_move)
+  subroutine share_own_rows(model, run, may_move)
     type(model_t), intent(inout), target :: model      !! with processes that share the tiles
+    type(run_t), intent(inout) :: run
     logical, intent(in) :: may_move
     type(contact_view_t), allocatable :: pairs(:)
     integer, allocatable :: last_of(:), moved_by(:, :), n_reported(:)
@@ -32,6 +33,10 @@ contains
         if (allocated(element%motion%rows%last_of)) call move_own_rows(element%motion%rows)
         return
       end if
+      ! Soon at first, and not too often where no shares are even.
+      run%look_at_shares = run%n_steps &
+                           + max(int(first_look, int64), run%n_steps - run%shared_at)
+      run%shared_at = run%n_steps
       if (allocated(element%motion%rows%last_of)) deallocate (element%motion%rows%last_of)
       if (.not. is_by_rows(model)) return
       call element%rows_of_processes(last_of, moved_by, n_reported)
@@ -45,13 +50,15 @@ contains
     end associate
   end subroutine share_own_rows
 
-  !> Is the sheet one patch without an outline, and does nothing that acts on it need all rows?
+  !> Is the sheet one patch without a seam or an outline, and can all that acts on it do with some of
+  !! the rows?
   pure logical function is_by_rows(model)
     type(model_t), intent(in) :: model
     integer :: i
 
     associate (blank => model%bodies%blank)
       is_by_rows = size(blank%parts) == 1 .and. .not. blank%law%is_serial &
+                   .and. blank%seams%n_groups == 0 &
                    .and. .not. allocated(blank%parts(1)%element%regions) &
                    .and. all([(.not. any(model%motions(i)%terms%is_rotation), &
                                i=1, size(model%motions))]) &
@@ -114,26 +121,26 @@ contains
     end do
   end function costs_of_rows
 
-  !> May rows change hands: at the end of a step of the deck, and where the processes have uneven
-  !! shares of the work, at which they look after ever more increments. All processes call it.
-  logical function may_rows_move(model, run, is_end) result(may_move)
+  !> Look whether rows may change hands: at the end of a step of the deck, and where the processes
+  !! have uneven shares of the work, after ever more increments. All processes call it.
+  subroutine look_at_shares(model, run, is_end, may_move)
     type(model_t), intent(in), target :: model
     type(run_t), intent(inout) :: run
     logical, intent(in) :: is_end
+    logical, intent(out) :: may_move
     real(wp), allocatable :: works(:)
     real(wp) :: own(1)
 
     may_move = is_end
     if (may_move .or. .not. allocated(model%ranks) .or. model%step%is_static) return
-    if (run%n_steps < max(run%look_at_shares, int(first_look, int64))) return
-    run%look_at_shares = 2*run%n_steps
     associate (element => model%bodies%blank%parts(1)%element)
-      if (.not. element%motion%rows%is_shared) return
+      if (.not. element%motion%rows%is_shared .or. run%n_steps < run%look_at_shares) return
+      run%look_at_shares = run%shared_at + 2*(run%look_at_shares - run%shared_at)
       own = sum(element%tile_costs(costs_of_rows(model)))
     end associate
     allocate (works(model%ranks%n))
     call model%ranks%gather(spread(1, 1, model%ranks%n), own, works, .true.)
     may_move = maxval(works)*size(works) > uneven*sum(works)
-  end function may_rows_move
+  end subroutine look_at_shares
 
 end module row_sharing

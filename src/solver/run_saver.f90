@@ -12,6 +12,7 @@ module run_saver
   use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, has_state
   use model, only: model_t
   use row_sharing, only: join_rows
+  use store_gather, only: complete_store
   use frames, only: results_t, flush_results
   use ranks, only: is_first, first_says
   use hdf5_file, only: path_of_open
@@ -517,6 +518,8 @@ contains
     subroutine go_back(kept)
       type(kept_t), intent(inout) :: kept
 
+      ! Rows and tiles may have changed hands since.
+      if (allocated(model%ranks)) call complete_store(model%ranks, kept%store)
       call unpack_run(model, run, kept%store)
       if (kept%store%reason /= "") then
         call log_line(log, "no retry: the state kept last does not fit, "//kept%store%reason)

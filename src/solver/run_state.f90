@@ -58,7 +58,8 @@ module run_state
     type(field_t), allocatable :: released(:)  !! forces that a static step ramps down, by patch
     type(field_t), allocatable :: pace(:)      !! velocities of its last increment, by patch
     type(field_t), allocatable :: origin(:)    !! control points when it began, by patch
-    integer(int64) :: look_at_shares = 0       !! step: are the shares of work even?
+    integer(int64) :: shared_at = 0            !! step at which processes shared the work last
+    integer(int64) :: look_at_shares = 0       !! step at which they look whether it is even
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
     type(history_sample_t) :: sample

@@ -3,7 +3,7 @@
 !! buffers as they are and adds them in the order of the tiles, as one process does.
 module tile_exchange
   use kinds, only: wp
-  use ranks, only: gather_counted, pass_counted
+  use ranks, only: gather_parcels
   use parcel, only: parcel_t, empty_parcel, pack_values, unpack_values
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, tile_buffer_t, find_blocks_of
@@ -34,7 +34,7 @@ contains
     !$omp barrier
   end subroutine complete_tiles
 
-  !> Send the own tiles to all others, and receive theirs.
+  !> What all tiles have found, at all processes.
   subroutine exchange_tiles(patch, reports, buffers, force, more_buffers, more)
     type(solid_patch_t), intent(inout) :: patch
     type(force_report_t), intent(inout) :: reports(:)               !! of the tiles
@@ -44,29 +44,20 @@ contains
     type(tile_buffer_t), intent(inout), optional :: more_buffers(:) !! of a second field
     real(wp), intent(inout), contiguous, optional :: more(:, :, :, :)
     integer, parameter :: all_rows(2) = [1, huge(1)]
-    integer :: partners(patch%shares%ranks%n - 1), r, i
+    integer :: r
 
-    partners = pack([(r, r=0, size(partners))], [(r /= patch%shares%ranks%number, &
-                                                  r=0, size(partners))])
-    if (.not. allocated(patch%shares%sent)) &
-      allocate (patch%shares%sent(size(partners)), patch%shares%received(size(partners)))
-    do i = 1, size(partners)
-      associate (parcel => patch%shares%sent(i))
-        call empty_parcel(parcel, 0)
-        call pack_tiles(patch, all_rows, buffers, parcel, force)
-        if (present(more)) call pack_tiles(patch, all_rows, more_buffers, parcel, more)
-      end associate
-    end do
-    call pass_counted(patch%shares%ranks, partners, patch%shares%sent, patch%shares%received, &
-                      patch%shares%traffic)
-    do i = 1, size(partners)
-      associate (parcel => patch%shares%received(i))
-        call unpack_tiles(patch, partners(i), all_rows, buffers, parcel, force)
-        if (present(more)) call unpack_tiles(patch, partners(i), all_rows, more_buffers, parcel, &
-                                             more)
-      end associate
-    end do
-    call gather_reports(patch, reports)
+    associate (own => patch%shares%own, joined => patch%shares%joined)
+      call empty_parcel(own, 0)
+      call pack_reports(patch, reports, own)
+      call pack_tiles(patch, all_rows, buffers, own, force)
+      if (present(more)) call pack_tiles(patch, all_rows, more_buffers, own, more)
+      call gather_parcels(patch%shares%ranks, own, joined, patch%shares%traffic)
+      do r = 0, patch%shares%ranks%n - 1
+        call unpack_reports(patch, r, joined, reports)
+        call unpack_tiles(patch, r, all_rows, buffers, joined, force)
+        if (present(more)) call unpack_tiles(patch, r, all_rows, more_buffers, joined, more)
+      end do
+    end associate
   end subroutine exchange_tiles
 
   !> Put some rows of what the own tiles have found into a parcel.
@@ -176,24 +167,6 @@ contains
       end associate
     end do
   end function costs_of_tiles
-
-  !> Reports of all tiles, of which each process has those of its own, at all processes.
-  subroutine gather_reports(patch, reports)
-    type(solid_patch_t), intent(inout) :: patch
-    type(force_report_t), intent(inout) :: reports(:)
-    type(parcel_t) :: own, joined
-    integer :: counts(patch%shares%ranks%n), r
-
-    call empty_parcel(own, 0)
-    call pack_reports(patch, reports, own)
-    counts = [(n_reports_of(patch, r), r=0, size(counts) - 1)]
-    call empty_parcel(joined, sum(counts))
-    call gather_counted(patch%shares%ranks, counts, own%values, joined%values, &
-                        patch%shares%traffic)
-    do r = 0, size(counts) - 1
-      call unpack_reports(patch, r, joined, reports)
-    end do
-  end subroutine gather_reports
 
   !> How many numbers `pack_reports` makes of the tiles of a process.
   pure integer function n_reports_of(patch, process) result(n)

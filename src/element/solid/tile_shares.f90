@@ -17,8 +17,8 @@ module tile_shares
     logical :: is_shared = .false.              !! others work the rest of them
     class(ranks_t), allocatable :: ranks        !! the processes; absent: one for all
     integer, allocatable :: last_of(:)          !! last tile of each of them
-    !> What passes in an evaluation of the forces: to the other processes, and from them.
-    type(parcel_t), allocatable :: sent(:), received(:)
+    !> What passes in an evaluation of the forces: from here, and from all.
+    type(parcel_t) :: own, joined
     type(traffic_t) :: traffic
     !> Work on each of the tiles since they were shared, and the clock when it began [clock ticks].
     integer(int64), allocatable :: ticks(:), started(:)
