@@ -50,8 +50,8 @@ contains
     end associate
   end subroutine share_own_rows
 
-  !> Is the sheet one patch without a seam or an outline, and can all that acts on it do with some of
-  !! the rows?
+  !> Is the sheet one patch without a seam or an outline, and can all that acts on it do with some
+  !! of the rows?
   pure logical function is_by_rows(model)
     type(model_t), intent(in) :: model
     integer :: i
