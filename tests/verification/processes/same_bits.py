@@ -38,6 +38,8 @@ SCENES = {
     "shell patches": ("input/hemisphere.key", [*CUP, *SHELLS], ENERGIES),
     "disk": ("input/disk_punch.key", ["depth=2"], ENERGIES[:2]),
     "shell disk": ("input/disk_punch.key", ["depth=2", "element=SHELL"], ENERGIES[:2]),
+    "closed ring": ("tests/verification/processes/spinning_ring.key", [],
+                    ["history/kinetic_energy", "history/internal_energy"]),
     "joints": ("input/verification/three_sheets.key", [], ENERGIES[:1]),
     "relaxation": ("tests/verification/patches/cup_pressure.key", [], ["history/damping_energy"]),
     "bead": ("tests/verification/bead/strip.key", [], ["history/friction_energy"]),

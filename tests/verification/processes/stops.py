@@ -33,6 +33,15 @@ def whole(folder):
     return datasets(folder / "whole.h5")
 
 
+def by_rows(path):
+    """The block of `ringing` with enough elements across for each process to move its own rows."""
+    text = path.read_text()
+    assert "y, 0, 10, 2, 1\n" in text
+    wide = path.with_name("wide.key")
+    wide.write_text(text.replace("y, 0, 10, 2, 1\n", "y, 0, 10, 2, 16\n"))
+    return wide
+
+
 def processes_of(run):
     """Numbers of the system of the processes that mpirun has started, in the order of MPI."""
     found, waiting = {}, [run.pid]
@@ -94,6 +103,20 @@ def any_number_continues(folder):
     igaform_mpi(2, folder, *slider(folder), "--wall", "1e-9", "--out", "c.h5", code=3)
     igaform_mpi(3, folder, *slider(folder), "--restart", "c.ckpt.h5")
     check_same(folder / "c.h5", reference)
+
+
+def rows_are_taken_up_by_any_number(folder):
+    """The wide block on a floor, of which each process moves its own rows, which change hands."""
+    path = by_rows(ringing(folder, "*CHECKPOINT, STEPS=100\n" + FLOOR, "2e-4", safety=0.9))
+    igaform(folder, path, "--out", "whole.h5", "--threads", 1)
+    reference = datasets(folder / "whole.h5")
+    igaform_mpi(3, folder, path, "--out", "a.h5", "--threads", 1)
+    assert "rows of control points each process moves" in (folder / "a.log").read_text()
+    check_same(folder / "a.h5", reference)
+    for before, after in ((3, 2), (2, 4)):
+        igaform_mpi(before, folder, path, "--wall", "1e-3", "--out", "a.h5", "--threads", 1, code=3)
+        igaform_mpi(after, folder, path, "--restart", "a.ckpt.h5", "--threads", 1)
+        check_same(folder / "a.h5", reference)
 
 
 def mpirun_hands_signals_on(folder):
@@ -158,8 +181,9 @@ def failures_are_reported_once(folder):
     """In the words of igaform, whichever process works the element: an inverted one, a law that
     fails, a tool that is too deep, a lost balance of energy."""
     floor = ringing(folder, FLOOR, "1e-5", safety=0.8, motion=TOO_FAST).rename(folder / "floor.key")
-    for words in ([CRUSH, *HARD, "--set", "n_x=12"], user_deck(folder), [floor],
-                  [ringing(folder, "")]):
+    wide = by_rows(floor).rename(folder / "wide_floor.key")
+    for words in ([CRUSH, *HARD, "--set", "n_x=12"], user_deck(folder), [floor], [wide],
+                  [by_rows(ringing(folder, ""))], [ringing(folder, "")]):
         told = igaform(folder, *words, "--out", "a.h5", code=2).strip()
         reference = datasets(folder / "a.h5")
         for count in (2, 3):
@@ -169,13 +193,14 @@ def failures_are_reported_once(folder):
 
 
 def a_retry_begins_at_the_same_state(folder):
-    path = ringing(folder, "*CHECKPOINT, STEPS=10, RETRY=0.5")
-    igaform(folder, path, "--out", "b.h5", "--threads", 1)
-    reference, tried = datasets(folder / "b.h5"), tried_from(folder)
-    for count in (2, 3):
-        igaform_mpi(count, folder, path, "--out", "b.h5", "--threads", 1)
-        assert tried_from(folder) == tried
-        check_same(folder / "b.h5", reference)
+    path = ringing(folder, "*CHECKPOINT, STEPS=10, RETRY=0.5", "2e-4")
+    for deck in (path, by_rows(path)):
+        igaform(folder, deck, "--out", "b.h5", "--threads", 1)
+        reference, tried = datasets(folder / "b.h5"), tried_from(folder)
+        for count in (2, 3):
+            igaform_mpi(count, folder, deck, "--out", "b.h5", "--threads", 1)
+            assert tried_from(folder) == tried
+            check_same(folder / "b.h5", reference)
 
 
 def a_wrong_deck_is_reported_once(folder):
@@ -232,7 +257,7 @@ def a_law_that_ends_the_run(folder):
 
 
 TESTS = (a_wrong_deck_is_reported_once, a_deck_that_one_process_cannot_read,
-         any_number_continues, mpirun_hands_signals_on, a_killed_process_ends_all,
+         any_number_continues, rows_are_taken_up_by_any_number, mpirun_hands_signals_on, a_killed_process_ends_all,
          a_full_disk_ends_all, failures_are_reported_once, a_retry_begins_at_the_same_state,
          each_process_has_its_file_of_messages, a_law_that_ends_the_run)
 
