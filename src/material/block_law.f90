@@ -4,7 +4,7 @@ module block_law
   use failure, only: error_t
   use law_spec, only: law_spec_t
   use point_context, only: point_context_t
-  use plane_stress, only: begin_search, advance_search, max_trials, is_as_good
+  use plane_stress, only: plane_trial, begin_search, advance_search, max_trials, is_as_good
   implicit none
   private
 
@@ -26,9 +26,11 @@ module block_law
     logical :: is_serial = .false.       !! one thread, in the order of the elements
     logical :: is_awake = .false.        !! elastic rows take the return map as well
     logical :: has_damage = .false.      !! the last state variable is a damage indicator
+    logical :: takes_trial = .false.     !! in plane stress `return_plane` is all it has to do
   contains
     procedure(update_row), deferred :: update
-    procedure :: update_plane => search_plane
+    procedure :: update_plane
+    procedure :: return_plane
     procedure :: update_plane_in_context => search_in_context
     procedure :: lay_in_sheet
     procedure :: update_in_context
@@ -104,8 +106,41 @@ contains
   end subroutine copy_properties
 
   !> Carry stress and state of `n` points in plane stress over one increment, in the frame of the
-  !! sheet: `update` with the strain 33 that leaves no stress 33. Shears 13 and 23 are zero. A law
-  !! with a return of its own for plane stress overrides this. A law that needs a context fails.
+  !! sheet. A law with a return of its own for plane stress overrides this, or `return_plane`.
+  subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+    class(block_law_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 3)     !! see `search_plane`
+    real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(n)
+    real(wp) :: modes(n, 3), worst
+
+    if (self%takes_trial) then
+      call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
+      call self%return_plane(n, dt, stress, state, through, worst, ok)
+    else
+      call search_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+    end if
+  end subroutine update_plane
+
+  !> What follows the elastic trial of `plane_trial`, of laws that need no more than that. Here
+  !! nothing does, unless some stress is not a number.
+  subroutine return_plane(self, n, dt, stress, state, through, worst, ok)
+    class(block_law_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt                    !! [time]
+    real(wp), intent(inout) :: stress(n, 3)       !! 11 22 12, of the trial
+    real(wp), intent(inout) :: state(n, self%n_state)
+    real(wp), intent(inout) :: through(n)         !! strain increment 33, of the trial
+    real(wp), intent(in) :: worst                 !! see `plane_trial`
+    logical, intent(out) :: ok                    !! false: some point failed
+
+    ok = worst < huge(worst) .and. dt >= 0.0_wp
+  end subroutine return_plane
+
+  !> `update` with the strain 33 that leaves no stress 33. Shears 13 and 23 are zero. A law that
+  !! needs a context fails.
   subroutine search_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
     class(block_law_t), intent(in) :: self
     integer, intent(in) :: n

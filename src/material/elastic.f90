@@ -4,17 +4,15 @@ module elastic
   use failure, only: error_t
   use law_spec, only: law_spec_t
   use block_law, only: block_law_t, law_entry_t, set_elastic
-  use plane_stress, only: plane_trial
   implicit none
   private
 
   public :: new_elastic, elastic_law
 
-  !> Elastic law; the moduli are those of the base type.
+  !> Elastic law; the moduli are those of the base type, and so is the return in plane stress.
   type, extends(block_law_t), public :: elastic_t
   contains
     procedure :: update
-    procedure :: update_plane
     procedure :: shear_warning
   end type elastic_t
 
@@ -41,6 +39,7 @@ contains
     type(elastic_t) :: law
 
     call set_elastic(law, density, young, poisson)
+    law%takes_trial = .true.
   end function new_elastic
 
   !> Add the elastic increment; never fails.
@@ -67,20 +66,6 @@ contains
       stress(l, 6) = stress(l, 6) + self%shear*dstrain(l, 6)
     end do
   end subroutine update
-
-  !> The same in plane stress; fails where a stress is not a number.
-  subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
-    class(elastic_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: dt, dstrain(n, 3)
-    real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
-    logical, intent(out) :: ok
-    real(wp), intent(in) :: spin(n)
-    real(wp) :: modes(n, 3), worst
-
-    call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
-    ok = worst < huge(worst) .and. dt >= 0.0_wp
-  end subroutine update_plane
 
   !> Hooke's law in rates: the shear stress is G sin(gamma).
   pure function shear_warning(self) result(warning)

@@ -303,21 +303,22 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in) :: dt, dgamma(n)
     real(wp), intent(out) :: per_strain(n), values(n)
-    real(wp) :: per_unit
+    real(wp) :: per_unit, rates(n)
     integer :: l
 
     per_unit = curve%rate_constants(merge(1, 2, curve%rate_kind == cowper_symonds))
     per_unit = 1.0_wp/(per_unit*max(dt, tiny(dt)))
     !$omp simd
     do l = 1, n
-      values(l) = max(dgamma(l), least)
-      per_strain(l) = 1.0_wp/values(l)
-      values(l) = max(per_unit*values(l), least)
+      rates(l) = max(dgamma(l), least)
+      per_strain(l) = 1.0_wp/rates(l)
+      rates(l) = max(per_unit*rates(l), least)
     end do
     if (curve%rate_kind == cowper_symonds) then
+      values = rates
       call power_row(n, 1.0_wp/curve%rate_constants(2), values)
     else
-      call log_row(n, values)
+      call log_row(n, rates, values)
     end if
   end subroutine function_anew
 

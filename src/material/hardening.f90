@@ -329,8 +329,7 @@ contains
     real(wp), intent(out) :: flow(n), slope(n), bend(n)
     integer :: l
 
-    flow = -curve%rate*eqps
-    call exp_row(n, flow)
+    call exp_row(n, -curve%rate, eqps, flow)
     !$omp simd
     do l = 1, n
       slope(l) = curve%saturation*curve%rate*flow(l)
@@ -373,8 +372,7 @@ contains
     strain = merge(least_strain, eqps, eqps < least_strain)   ! a NaN stays a NaN
     power = strain
     call power_row(n, curve%exponent, power)
-    flow = -curve%rate*power
-    call exp_row(n, flow)
+    call exp_row(n, -curve%rate, power, flow)
     !$omp simd
     do l = 1, n
       strain(l) = 1.0_wp/strain(l)

@@ -135,10 +135,8 @@ contains
     per_time = 1.0_wp/max(dt, tiny(dt))
     if (curves%is_logarithmic) then
       per_strain = 1.0_wp/max(dgamma, least)
-      place = max(per_time*dgamma, least)
-      call log_row(n, place)
-      edges = curves%rates
-      call log_row(size(edges), edges)
+      call log_row(n, max(per_time*dgamma, least), place)
+      call log_row(size(edges), curves%rates, edges)
     else
       per_strain = per_time
       place = per_time*dgamma

@@ -9,6 +9,8 @@ module row_functions
   public :: exp_row, exp_multiple, log_row, log_near, power_row, power_small, power_near, &
             inverse_root, are_numbers
 
+  real(wp), parameter, public :: short_exponent = 2.0e-3_wp   !! largest |x| of a short exp(x)
+
   real(wp), parameter, public :: small_part = 1.0e-2_wp       !! largest |x| of `power_small`
 
   real(wp), parameter, public :: near_part = 5.0e-2_wp        !! of `power_near` and `log_near`
@@ -25,46 +27,14 @@ module row_functions
 
 contains
 
-  !> x becomes exp(x), with a relative error below 5e-16. Outside -708 to 709 it is that of the
-  !! bound.
-  pure subroutine exp_row(n, x)
-    integer, intent(in) :: n
-    real(wp), intent(inout) :: x(n)
-
-    call raise_e(n, 1.0_wp, x)
-  end subroutine exp_row
-
-  !> exp(factor x) where `largest` bounds all |x|: for |factor x| <= 2e-3 the Taylor polynomial of
-  !! degree 5, whose relative error stays below 1e-19.
-  pure subroutine exp_multiple(n, factor, largest, x, values)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: factor, largest, x(n)
-    real(wp), intent(out) :: values(n)
-    real(wp), parameter :: short = 2.0e-3_wp
-    real(wp), parameter :: c3 = 1.0_wp/6, c4 = 1.0_wp/24, c5 = 1.0_wp/120
-    real(wp) :: y
-    integer :: l
-
-    if (abs(factor)*largest <= short) then
-      !$omp simd private(y)
-      do l = 1, n
-        y = factor*x(l)
-        values(l) = 1.0_wp + y*(1.0_wp + y*(0.5_wp + y*(c3 + y*(c4 + y*c5))))
-      end do
-    else
-      values = x
-      call raise_e(n, factor, values)
-    end if
-  end subroutine exp_multiple
-
-  !> x becomes exp(factor x): factor x = k ln 2 + r with |r| <= ln(2)/2 and the Taylor polynomial of
-  !! degree 12 in r.
+  !> exp(factor x), with a relative error below 5e-16; outside -708 to 709 it is that of the bound.
+  !! factor x = k ln 2 + r with |r| <= ln(2)/2 and the Taylor polynomial of degree 12 in r.
   !! k added to a number so large that its last bit counts one stands in the bits of the sum: a
   !! conversion to integers would do, but AVX2 has none.
-  pure subroutine raise_e(n, factor, x)
+  pure subroutine exp_row(n, factor, x, values)
     integer, intent(in) :: n
-    real(wp), intent(in) :: factor
-    real(wp), intent(inout) :: x(n)
+    real(wp), intent(in) :: factor, x(n)
+    real(wp), intent(out) :: values(n)
     real(wp), parameter :: per_ln2 = 1.4426950408889634074_wp
     real(wp) :: r, r2, r4, k, bounded, polynomial
     integer :: l
@@ -81,17 +51,39 @@ contains
                    + (((1.0_wp/720 + r*(1.0_wp/5040))*r2 + (1.0_wp/24 + r*(1.0_wp/120)))*r4 &
                       + ((0.5_wp + r*(1.0_wp/6))*r2 + (1.0_wp + r)))
       ! Two to the power k, by its bits.
-      x(l) = polynomial*transfer(ishft(transfer(k + large, 1_int64) + 1023_int64, 52), 1.0_wp)
+      values(l) = polynomial*transfer(ishft(transfer(k + large, 1_int64) + 1023_int64, 52), 1.0_wp)
     end do
-  end subroutine raise_e
+  end subroutine exp_row
 
-  !> x becomes ln(x), for positive normal numbers: x = 2^k (1 + f) with 1 + f between sqrt(1/2) and
+  !> exp(factor x) where `largest` bounds all |x|: for |factor x| <= 2e-3 the Taylor polynomial of
+  !! degree 5, whose relative error stays below 1e-19.
+  pure subroutine exp_multiple(n, factor, largest, x, values)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: factor, largest, x(n)
+    real(wp), intent(out) :: values(n)
+    real(wp), parameter :: c3 = 1.0_wp/6, c4 = 1.0_wp/24, c5 = 1.0_wp/120
+    real(wp) :: y
+    integer :: l
+
+    if (abs(factor)*largest <= short_exponent) then
+      !$omp simd private(y)
+      do l = 1, n
+        y = factor*x(l)
+        values(l) = 1.0_wp + y*(1.0_wp + y*(0.5_wp + y*(c3 + y*(c4 + y*c5))))
+      end do
+    else
+      call exp_row(n, factor, x, values)
+    end if
+  end subroutine exp_multiple
+
+  !> ln(x), for positive normal numbers: x = 2^k (1 + f) with 1 + f between sqrt(1/2) and
   !! sqrt(2), and the series of 2 artanh(f/(2 + f)) up to the power 21. Relative error below 1e-15,
   !! absolute error below 3e-16 next to x = 1.
   !! k stands in the exponent of x; as above it goes through the bits of a large number.
-  pure subroutine log_row(n, x)
+  pure subroutine log_row(n, x, values)
     integer, intent(in) :: n
-    real(wp), intent(inout) :: x(n)
+    real(wp), intent(in) :: x(n)
+    real(wp), intent(out) :: values(n)
     integer(int64) :: bits
     real(wp) :: k, f, s, z, series
     integer :: l
@@ -106,7 +98,7 @@ contains
       z = s*s
       series = z*(1.0_wp/3 + z*(1.0_wp/5 + z*(1.0_wp/7 + z*(1.0_wp/9 + z*(1.0_wp/11 &
                + z*(1.0_wp/13 + z*(1.0_wp/15 + z*(1.0_wp/17 + z*(1.0_wp/19 + z*(1.0_wp/21))))))))))
-      x(l) = k*ln2_high + (2.0_wp*s + (2.0_wp*s*series + k*ln2_low))
+      values(l) = k*ln2_high + (2.0_wp*s + (2.0_wp*s*series + k*ln2_low))
     end do
   end subroutine log_row
 
@@ -116,9 +108,10 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in) :: exponent
     real(wp), intent(inout) :: x(n)
+    real(wp) :: logarithms(n)
 
-    call log_row(n, x)
-    call raise_e(n, exponent, x)
+    call log_row(n, x, logarithms)
+    call exp_row(n, exponent, logarithms, x)
   end subroutine power_row
 
   !> x becomes 1 + x to a power from -1 to 1, for |x| <= small_part: the binomial series up to the

@@ -6,9 +6,9 @@
 module voce
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use plane_stress, only: plane_trial, areal_modulus, mode_moduli
+  use plane_stress, only: areal_modulus, mode_moduli
   use plane_steps, only: just_above, small_step
-  use row_functions, only: exp_row, exp_multiple, are_numbers
+  use row_functions, only: exp_row, exp_multiple, are_numbers, short_exponent
   implicit none
   private
 
@@ -19,9 +19,10 @@ module voce
     real(wp) :: yield = 0.0_wp        !! initial yield stress sigma_0 [stress]
     real(wp) :: saturation = 0.0_wp   !! hardening left to give Q >= 0 [stress]
     real(wp) :: rate = 0.0_wp         !! saturation rate b >= 0
+    real(wp) :: last_step = 0.0_wp    !! see `last_step_of`
   contains
     procedure :: update
-    procedure :: update_plane
+    procedure :: return_plane
   end type voce_t
 
 contains
@@ -37,7 +38,23 @@ contains
     law%yield = yield
     law%saturation = saturation
     law%rate = rate
+    law%takes_trial = .true.
+    law%last_step = last_step_of(law)
   end function new_voce
+
+  !> Step of the return in plane stress, as 3G times it over the flow stress, that leaves no more
+  !! than 1e-12 of the stress: of its cube as in `plane_steps`, and of its square half the curvature
+  !! of the hardening.
+  pure real(wp) function last_step_of(law) result(step)
+    type(voce_t), intent(in) :: law
+    real(wp), parameter :: error = 1.0e-12_wp
+    real(wp) :: square, curvature
+
+    square = error*(3.0_wp*law%shear)**2
+    curvature = 0.5_wp*law%rate**2*law%saturation*(law%yield + law%saturation)
+    step = small_step
+    if (square < curvature*step**2) step = sqrt(square/curvature)
+  end function last_step_of
 
   !> Elastic trial and radial return. Rows that stay below the initial yield stress end there.
   pure subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
@@ -107,8 +124,7 @@ contains
     real(wp) :: dgamma(n), left(n), faded(n), now, step, worst, most, curvature
     integer :: l, iteration
 
-    left = -rate*eqps
-    call exp_row(n, left)
+    call exp_row(n, -rate, eqps, left)
     !$omp simd
     do l = 1, n
       left(l) = saturation*left(l)
@@ -167,48 +183,44 @@ contains
     end do
   end subroutine flow_radially
 
-  !> Elastic trial and return in plane stress.
-  subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+  !> Return in plane stress.
+  subroutine return_plane(self, n, dt, stress, state, through, worst, ok)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, dstrain(n, 3)
+    real(wp), intent(in) :: dt, worst
     real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
     logical, intent(out) :: ok
-    real(wp), intent(in) :: spin(n)
-    real(wp) :: modes(n, 3), flow(n), dgamma(n), worst
+    real(wp) :: flow(n), dgamma(n), most
 
-    call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok .or. .not. (worst > self%yield**2 .or. self%is_awake)) return
-    call find_plane_flow(self, n, state, modes, flow, dgamma, worst, ok)
-    if (worst > 0.0_wp) call finish_plane_flow(self, n, modes, flow, dgamma, stress, state, through)
-  end subroutine update_plane
+    call find_plane_flow(self, n, state, stress, flow, dgamma, most, ok)
+    if (most > 0.0_wp) call finish_plane_flow(self, n, flow, dgamma, stress, state, through)
+  end subroutine return_plane
 
-  !> `strain_of_modes` and `flow_in_plane` in one loop. What does not flow keeps its bits.
-  pure subroutine finish_plane_flow(self, n, modes, flow, dgamma, stress, eqps, through)
+  !> Let a row flow. What does not keeps its bits.
+  pure subroutine finish_plane_flow(self, n, flow, dgamma, stress, eqps, through)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: modes(n, 3), flow(n), dgamma(n)
+    real(wp), intent(in) :: flow(n), dgamma(n)
     real(wp), intent(inout) :: stress(n, 3), eqps(n), through(n)
-    real(wp), parameter :: root3 = sqrt(3.0_wp)
-    real(wp) :: areal, shear3, thinning, twist, x1, x2, per, mean, half
+    real(wp) :: areal, shear3, thinning, x1, x2, per, mean, half
     integer :: l
 
     areal = areal_modulus(self%bulk, self%shear)
     shear3 = 3.0_wp*self%shear
-    twist = root3*self%shear
     thinning = 1.0_wp/(1.5_wp*self%bulk)
     !$omp simd private(x1, x2, per, mean, half)
     do l = 1, n
       x1 = flow(l) + areal*dgamma(l)
       x2 = flow(l) + shear3*dgamma(l)
       per = dgamma(l)/(x1*x2)
-      mean = areal*x2*per*modes(l, 1)
-      per = twist*x1*per
-      half = per*modes(l, 2)
+      mean = (0.5_wp*areal)*x2*per*(stress(l, 1) + stress(l, 2))
+      per = shear3*x1*per
+      half = 0.5_wp*per*(stress(l, 1) - stress(l, 2))
       stress(l, 1) = stress(l, 1) - (mean + half)
       stress(l, 2) = stress(l, 2) - (mean - half)
-      stress(l, 3) = stress(l, 3) - per*modes(l, 3)
+      stress(l, 3) = stress(l, 3) - per*stress(l, 3)
       through(l) = through(l) - thinning*mean
       eqps(l) = eqps(l) + dgamma(l)
     end do
@@ -216,111 +228,114 @@ contains
 
   !> Plastic strain of a row in plane stress, by the steps of `plane_steps` with hardening and the
   !! two moduli of von Mises in the same loops.
-  pure subroutine find_plane_flow(self, n, eqps, modes, flow, dgamma, most, ok)
+  pure subroutine find_plane_flow(self, n, eqps, stress, flow, dgamma, most, ok)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: eqps(n)
-    real(wp), intent(in) :: modes(n, 3)        !! of the trial
+    real(wp), intent(in) :: stress(n, 3)       !! of the trial
     real(wp), intent(out) :: flow(n)           !! stress after it, where there is any
     real(wp), intent(out) :: dgamma(n)
     real(wp), intent(out) :: most              !! largest of them
     logical, intent(out) :: ok
     integer, parameter :: max_iterations = 60
-    real(wp), dimension(n) :: left, faded
+    real(wp), dimension(n) :: left
     real(wp) :: moduli(3), open
     integer :: iteration
 
     moduli = mode_moduli(self%bulk, self%shear)
-    left = -self%rate*eqps
-    call exp_row(n, left)
-    call first_plane_step(self, n, moduli(:2), modes, left, dgamma, most)
+    call exp_row(n, -self%rate, eqps, left)
+    call first_plane_step(self, n, moduli(:2), stress, left, dgamma, most)
     ok = .not. most > 0.0_wp
     do iteration = 2, max_iterations
       if (ok) exit
-      call exp_multiple(n, -self%rate, most, dgamma, faded)
-      call next_plane_step(self, n, moduli(:2), modes, left, faded, flow, dgamma, most, open)
+      if (iteration > 2 .or. self%rate*most > short_exponent) &
+        call exp_row(n, -self%rate, eqps + dgamma, left)
+      call next_plane_step(self, n, moduli(:2), stress, left, flow, dgamma, open)
       ok = open <= 0.0_wp
     end do
     ok = ok .and. are_numbers(n, dgamma)
   end subroutine find_plane_flow
 
-  !> `first_step` with the flow stress.
-  pure subroutine first_plane_step(self, n, moduli, modes, left, dgamma, most)
+  !> `first_step` with the flow stress, but for the curvature of the hardening, and the fraction of
+  !! the hardening that it leaves, if it is short. All stresses and moduli are doubled.
+  pure subroutine first_plane_step(self, n, moduli, stress, left, dgamma, most)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: moduli(2), modes(n, 3)
-    real(wp), intent(inout) :: left(n)         !! of the hardening, as a fraction; out as stress
+    real(wp), intent(in) :: moduli(2), stress(n, 3)
+    real(wp), intent(inout) :: left(n)         !! fraction of the hardening, out after it
     real(wp), intent(out) :: dgamma(n), most
-    real(wp) :: limit, rate, saturation, u, w, y, slope, t, q, v, p, bend, over
+    real(wp) :: limit, rate, saturation, gap, u, w, y, slope, t, q, v, p, over
     integer :: l
 
-    limit = self%yield + self%saturation
+    limit = 2.0_wp*(self%yield + self%saturation)
     rate = self%rate
-    saturation = self%saturation
+    saturation = 2.0_wp*self%saturation
+    gap = 6.0_wp*(moduli(2) - moduli(1))**2
     most = 0.0_wp
-    !$omp simd private(u, w, y, slope, t, q, v, p, bend, over) reduction(max:most)
+    !$omp simd private(u, w, y, slope, t, q, v, p, over) reduction(max:most)
     do l = 1, n
-      u = modes(l, 1)**2
-      w = modes(l, 2)**2 + modes(l, 3)**2
-      left(l) = saturation*left(l)
-      y = limit - left(l)
-      slope = rate*left(l)
+      u = (stress(l, 1) + stress(l, 2))**2
+      w = 3.0_wp*((stress(l, 1) - stress(l, 2))**2 + 4.0_wp*stress(l, 3)**2)
+      y = limit - saturation*left(l)
+      slope = rate*saturation*left(l)
       t = u + w
       q = y*y
       over = t - q
-      v = u*(slope + moduli(1)) + w*(slope + moduli(2))
+      v = t*slope + (2.0_wp*moduli(1))*u + (2.0_wp*moduli(2))*w
       p = (1.5_wp*q + 0.5_wp*t)*v*v
-      bend = 1.5_wp*(moduli(2) - moduli(1))**2*u*w + 0.5_wp*rate*slope*t*t*y
       dgamma(l) = 0.0_wp
-      if (over > 2.0_wp*just_above*q) dgamma(l) = over*t*y*v/max(p - over*bend, 0.5_wp*p)
+      if (over > 2.0_wp*just_above*q) &
+        dgamma(l) = over*t*y*v/max(p - over*(gap*u*w), 0.5_wp*p)
       most = max(most, dgamma(l))
+      y = -rate*dgamma(l)
+      left(l) = left(l)*(1.0_wp + y*(1.0_wp + y*(0.5_wp + y*(1.0_wp/6 + y*(1.0_wp/24)))))
     end do
   end subroutine first_plane_step
 
-  !> `next_step` with the flow stress.
-  pure subroutine next_plane_step(self, n, moduli, modes, left, faded, flow, dgamma, most, open)
+  !> `next_step` with the flow stress, alike. It leaves the square of the step of the curvature of
+  !! the hardening, see `last_step_of`.
+  pure subroutine next_plane_step(self, n, moduli, stress, left, flow, dgamma, open)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: moduli(2), modes(n, 3)
-    real(wp), intent(in) :: left(n), faded(n)  !! of the hardening before, fraction left after
+    real(wp), intent(in) :: moduli(2), stress(n, 3)
+    real(wp), intent(in) :: left(n)            !! fraction of the hardening after `dgamma`
     real(wp), intent(out) :: flow(n)           !! after the step
     real(wp), intent(inout) :: dgamma(n)
-    real(wp), intent(out) :: most              !! largest plastic strain
     real(wp), intent(out) :: open              !! not above zero: this is the last step
-    real(wp) :: limit, rate, y, slope, bend, x1, x2, x, p1, p2, t, over, g1, g2, v, p, step
+    real(wp) :: limit, rate, saturation, last_step, u, w, y, slope, x1, x2, x, p1, p2, t, over, &
+                g1, g2, v, p, step
     integer :: l
 
     ! Left in the law the loop would load them point by point.
-    limit = self%yield + self%saturation
+    limit = 2.0_wp*(self%yield + self%saturation)
     rate = self%rate
-    most = 0.0_wp
+    saturation = 2.0_wp*self%saturation
+    last_step = self%last_step
     open = 0.0_wp
-    !$omp simd private(y, slope, bend, x1, x2, x, p1, p2, t, over, g1, g2, v, p, step) &
-    !$omp reduction(max:most, open)
+    !$omp simd private(u, w, y, slope, x1, x2, x, p1, p2, t, over, g1, g2, v, p, step) &
+    !$omp reduction(max:open)
     do l = 1, n
-      slope = left(l)*faded(l)
-      y = limit - slope
-      slope = rate*slope
-      bend = rate*slope
-      x1 = y + moduli(1)*dgamma(l)
-      x2 = y + moduli(2)*dgamma(l)
+      u = (stress(l, 1) + stress(l, 2))**2
+      w = 3.0_wp*((stress(l, 1) - stress(l, 2))**2 + 4.0_wp*stress(l, 3)**2)
+      y = limit - saturation*left(l)
+      slope = rate*saturation*left(l)
+      x1 = y + (2.0_wp*moduli(1))*dgamma(l)
+      x2 = y + (2.0_wp*moduli(2))*dgamma(l)
       x = x1*x2
-      p1 = (modes(l, 1)*x2)**2
-      p2 = (modes(l, 2)**2 + modes(l, 3)**2)*(x1*x1)
+      p1 = u*x2*x2
+      p2 = w*x1*x1
       t = p1 + p2
       over = t - x*x
-      g1 = x2*(slope + moduli(1))
-      g2 = x1*(slope + moduli(2))
+      g1 = x2*(slope + 2.0_wp*moduli(1))
+      g2 = x1*(slope + 2.0_wp*moduli(2))
       v = p1*g1 + p2*g2
       p = (1.5_wp*x*x + 0.5_wp*t)*v*v
-      step = p - over*(1.5_wp*p1*p2*(g1 - g2)**2 + 0.5_wp*bend*t*x*(p1*x2 + p2*x1))
-      step = over*t*x*v/max(step, 0.5_wp*p)
+      step = over*t*x*v/max(p - over*(1.5_wp*p1*p2*(g1 - g2)**2), 0.5_wp*p)
       step = max(step, -0.5_wp*dgamma(l))
       if (.not. dgamma(l) > 0.0_wp) step = 0.0_wp
       dgamma(l) = dgamma(l) + step
-      flow(l) = y + step*(slope - 0.5_wp*bend*step)
-      most = max(most, dgamma(l))
-      open = max(open, moduli(2)*abs(step) - small_step*y)
+      flow(l) = 0.5_wp*(y + step*slope)
+      open = max(open, (2.0_wp*moduli(2))*abs(step) - last_step*y)
     end do
   end subroutine next_plane_step
 

@@ -164,8 +164,7 @@ contains
     real(wp), intent(out) :: fraction(n)
 
     if (self%modulus_loss > 0.0_wp) then
-      fraction = -self%loss_rate*eqps
-      call exp_row(n, fraction)
+      call exp_row(n, -self%loss_rate, eqps, fraction)
       fraction = 1.0_wp - self%modulus_loss*(1.0_wp - fraction)
     else
       fraction = 1.0_wp

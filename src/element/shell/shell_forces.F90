@@ -135,7 +135,8 @@ contains
     type(shell_points_t), intent(inout) :: points
     type(placed_law_t), intent(inout) :: placed
     type(block_t), intent(in) :: block
-    real(wp), intent(in) :: dt, normal_end(:, :, :)
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: normal_end(:, :, :)
     real(wp), intent(in) :: u(*)
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
@@ -157,7 +158,8 @@ contains
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
-    real(wp), intent(in) :: normal_end(:, :, :)      !! normal stress of the end, (8, 2, q1*q2)
+    real(wp), intent(in), contiguous :: normal_end(:, :, :)   !! normal stress of the end,
+                                                               !! shape (8, 2, q1*q2)
     real(wp), intent(in) :: u(*)
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
@@ -169,7 +171,7 @@ contains
     viscous(:, :2) = viscous_factors(patch%viscosity, block%number, dt)
     n_viscous = merge(size(patch%push, 2), 0, patch%viscosity%is_active)
     if (n_viscous > 1) viscous(:, 3) = bending_factors(patch%viscosity, block%number, dt)
-    stays = any(abs(normal_end) > 0.0_wp)
+    stays = largest_size(size(normal_end), normal_end) > 0.0_wp
     is_pressed = stays .or. points%is_pressed(block%number)
     points%is_pressed(block%number) = stays
     p = patch%axes%degree
@@ -185,6 +187,19 @@ contains
 #include "kl_shell_cases.inc"
     end select
   end subroutine run_shell
+
+  !> Largest of some numbers without their signs.
+  pure real(wp) function largest_size(n, values) result(largest)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: values(n)
+    integer :: i
+
+    largest = 0.0_wp
+    !$omp simd reduction(max: largest)
+    do i = 1, n
+      largest = max(largest, abs(values(i)))
+    end do
+  end function largest_size
 
   !> Take the fundamental forms of a shape.
   subroutine set_metric(patch, points, x)

@@ -113,8 +113,8 @@ contains
 
     if (is_contiguous .and. n_fields == 3 .and. all(p == 2)) then
       call add_quadratic(lower, upper, n3, rows, first(1), first2, first3, f, field)
-    else if (is_contiguous .and. n_fields == 3 .and. all(p == [2, 2, 0])) then
-      call add_shell(lower, upper, rows, first(1), first2, f, field)
+    else if (is_contiguous .and. all(p == [2, 2, 0])) then
+      call add_shell(n_fields, lower, upper, rows, first(1), first2, f, field)
     else if (is_contiguous) then
       ! Axis 1 outermost: the next function along it would read what has just been stored,
       ! shifted by one, which stalls. So it is below.
@@ -175,15 +175,15 @@ contains
   end subroutine add_quadratic
 
   !> The same of quadratic shells.
-  pure subroutine add_shell(lower, upper, rows, first1, first2, f, field)
-    integer, intent(in) :: lower(2), upper(2), rows(2), first1, first2
-    real(wp), intent(in) :: f(8, 3, 3, 3)
-    real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), 3)
+  pure subroutine add_shell(n_fields, lower, upper, rows, first1, first2, f, field)
+    integer, intent(in) :: n_fields, lower(2), upper(2), rows(2), first1, first2
+    real(wp), intent(in) :: f(8, 3, 3, n_fields)
+    real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), n_fields)
     integer :: a, j, c, l
 
     do a = 0, 2
       do j = rows(1), rows(2)
-        do c = 1, 3
+        do c = 1, n_fields
           associate (i => first1 + a - 1, m => first2 + j - 1)
             !$omp simd
             do l = 1, 8
