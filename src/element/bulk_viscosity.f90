@@ -61,13 +61,18 @@ contains
     integer, intent(in) :: block                !! its number
     real(wp), intent(in) :: dt
     real(wp) :: factors(n_lanes, 2)
+    real(wp) :: linear, quadratic
+    integer :: l
 
     factors = 0.0_wp
     if (.not. viscosity%is_active) return
-    associate (length => viscosity%length(:, block))
-      factors(:, 1) = viscosity%linear*viscosity%density*viscosity%wave_speed*length/dt
-      factors(:, 2) = viscosity%density*(viscosity%quadratic*length/dt)**2
-    end associate
+    linear = viscosity%linear*viscosity%density*viscosity%wave_speed/dt
+    quadratic = viscosity%density*(viscosity%quadratic/dt)**2
+    !$omp simd
+    do l = 1, n_lanes
+      factors(l, 1) = linear*viscosity%length(l, block)
+      factors(l, 2) = quadratic*viscosity%length(l, block)**2
+    end do
   end function viscous_factors
 
   !> Viscous moment of a shell per thickness, thickness and change of the trace of the curvature
@@ -82,8 +87,8 @@ contains
 
     factors = 0.0_wp
     if (.not. viscosity%is_active) return
-    factors = viscosity%bending*viscosity%density*viscosity%wave_speed &
-              *viscosity%length(:, block)**2*(1.0_wp/12)/dt
+    factors = (viscosity%bending*viscosity%density*viscosity%wave_speed/(12.0_wp*dt)) &
+              *viscosity%length(:, block)**2
   end function bending_factors
 
   !> Largest damping ratio of the linear viscosity, from the largest frequency and that of the bulk

@@ -8,7 +8,7 @@ module voce
   use block_law, only: block_law_t, set_elastic
   use plane_stress, only: areal_modulus, mode_moduli
   use plane_steps, only: just_above, small_step
-  use row_functions, only: exp_row, exp_multiple, are_numbers, short_exponent
+  use row_functions, only: exp_row, exp_multiple, short_exponent
   implicit none
   private
 
@@ -195,22 +195,24 @@ contains
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok .or. .not. (worst > self%yield**2 .or. self%is_awake)) return
     call find_plane_flow(self, n, state, stress, flow, dgamma, most, ok)
-    if (most > 0.0_wp) call finish_plane_flow(self, n, flow, dgamma, stress, state, through)
+    if (most > 0.0_wp) call finish_plane_flow(self, n, flow, dgamma, stress, state, through, ok)
   end subroutine return_plane
 
   !> Let a row flow. What does not keeps its bits.
-  pure subroutine finish_plane_flow(self, n, flow, dgamma, stress, eqps, through)
+  pure subroutine finish_plane_flow(self, n, flow, dgamma, stress, eqps, through, ok)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: flow(n), dgamma(n)
     real(wp), intent(inout) :: stress(n, 3), eqps(n), through(n)
-    real(wp) :: areal, shear3, thinning, x1, x2, per, mean, half
+    logical, intent(inout) :: ok               !! and all plastic strains are numbers
+    real(wp) :: areal, shear3, thinning, x1, x2, per, mean, half, total
     integer :: l
 
     areal = areal_modulus(self%bulk, self%shear)
     shear3 = 3.0_wp*self%shear
     thinning = 1.0_wp/(1.5_wp*self%bulk)
-    !$omp simd private(x1, x2, per, mean, half)
+    total = 0.0_wp
+    !$omp simd private(x1, x2, per, mean, half) reduction(+:total)
     do l = 1, n
       x1 = flow(l) + areal*dgamma(l)
       x2 = flow(l) + shear3*dgamma(l)
@@ -223,7 +225,9 @@ contains
       stress(l, 3) = stress(l, 3) - per*stress(l, 3)
       through(l) = through(l) - thinning*mean
       eqps(l) = eqps(l) + dgamma(l)
+      total = total + dgamma(l)
     end do
+    ok = ok .and. total <= huge(total)
   end subroutine finish_plane_flow
 
   !> Plastic strain of a row in plane stress, by the steps of `plane_steps` with hardening and the
@@ -253,7 +257,6 @@ contains
       call next_plane_step(self, n, moduli(:2), stress, left, flow, dgamma, open)
       ok = open <= 0.0_wp
     end do
-    ok = ok .and. are_numbers(n, dgamma)
   end subroutine find_plane_flow
 
   !> `first_step` with the flow stress, but for the curvature of the hardening, and the fraction of
