@@ -257,7 +257,8 @@ def a_law_that_ends_the_run(folder):
 
 
 TESTS = (a_wrong_deck_is_reported_once, a_deck_that_one_process_cannot_read,
-         any_number_continues, rows_are_taken_up_by_any_number, mpirun_hands_signals_on, a_killed_process_ends_all,
+         any_number_continues, rows_are_taken_up_by_any_number, mpirun_hands_signals_on,
+         a_killed_process_ends_all,
          a_full_disk_ends_all, failures_are_reported_once, a_retry_begins_at_the_same_state,
          each_process_has_its_file_of_messages, a_law_that_ends_the_run)
 
