@@ -96,7 +96,7 @@ def any_number_continues(folder):
         else:
             igaform_mpi(after, folder, *words)
         check_same(folder / "a.h5", reference)
-    for wall in (1e-9, 5e-3):
+    for wall in (1e-9, 2e-3):
         igaform(folder, *slider(folder), "--wall", wall, "--out", "b.h5", code=3)
         igaform_mpi(2, folder, *slider(folder), "--restart", "b.ckpt.h5")
         check_same(folder / "b.h5", reference)
