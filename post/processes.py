@@ -20,11 +20,15 @@ def add_arguments(command):
                          help="bytes a second of the network (default: 1e10)")
     command.add_argument("--elements", type=float, metavar="N",
                          help="as if the sheet had so many elements (default: those of the run)")
+    command.add_argument("--without-output", action="store_true",
+                         help="leave out what one process does for results, checkpoints and log")
 
 
 def run(arguments):
     """The table, on paper and on the terminal."""
     facts = Facts(arguments.file)
+    if arguments.without_output:
+        facts.serial = 0.0
     if arguments.rate <= 0 or arguments.latency < 0 or min(arguments.counts) < 1:
         raise ResultsError("a rate and numbers of processes must be positive, a latency not "
                            "negative")
