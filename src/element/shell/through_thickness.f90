@@ -168,29 +168,21 @@ contains
     integer, intent(in) :: p1, p2, q1, q2
     real(wp), intent(in) :: n1(8, p1 + 1, q1), n2(p2 + 1, q2), u(8, p1 + 1, p2 + 1, 2)
     real(wp), intent(out) :: values(8, 2, q2*q1)
-    real(wp) :: line(8, p2 + 1), v
-    integer :: c, qa, qb, i, j, l
+    real(wp) :: line(8, p2 + 1)
+    integer :: c, qa, qb, i, j
 
     do c = 1, 2
       do qa = 1, q1
+        line = 0.0_wp
         do j = 1, p2 + 1
-          !$omp simd private(v)
-          do l = 1, 8
-            v = 0.0_wp
-            do i = 1, p1 + 1
-              v = v + n1(l, i, qa)*u(l, i, j, c)
-            end do
-            line(l, j) = v
+          do i = 1, p1 + 1
+            line(:, j) = line(:, j) + n1(:, i, qa)*u(:, i, j, c)
           end do
         end do
         do qb = 1, q2
-          !$omp simd private(v)
-          do l = 1, 8
-            v = 0.0_wp
-            do j = 1, p2 + 1
-              v = v + n2(j, qb)*line(l, j)
-            end do
-            values(l, c, qb + q2*(qa - 1)) = v
+          values(:, c, qb + q2*(qa - 1)) = 0.0_wp
+          do j = 1, p2 + 1
+            values(:, c, qb + q2*(qa - 1)) = values(:, c, qb + q2*(qa - 1)) + n2(j, qb)*line(:, j)
           end do
         end do
       end do
@@ -266,28 +258,18 @@ contains
     integer, intent(in) :: p1, p2, q1, q2
     real(wp), intent(in) :: n1(8, p1 + 1, q1), n2(p2 + 1, q2), h(8, q2*q1)
     real(wp), intent(out) :: f(8, p1 + 1, p2 + 1)
-    real(wp) :: line(8, q1), v
-    integer :: qa, qb, i, j, l
+    real(wp) :: line(8)
+    integer :: qa, qb, i, j
 
-    do j = 1, p2 + 1
-      do qa = 1, q1
-        !$omp simd private(v)
-        do l = 1, 8
-          v = 0.0_wp
-          do qb = 1, q2
-            v = v + n2(j, qb)*h(l, qb + q2*(qa - 1))
-          end do
-          line(l, qa) = v
+    f = 0.0_wp
+    do qa = 1, q1
+      do j = 1, p2 + 1
+        line = 0.0_wp
+        do qb = 1, q2
+          line = line + n2(j, qb)*h(:, qb + q2*(qa - 1))
         end do
-      end do
-      do i = 1, p1 + 1
-        !$omp simd private(v)
-        do l = 1, 8
-          v = 0.0_wp
-          do qa = 1, q1
-            v = v + n1(l, i, qa)*line(l, qa)
-          end do
-          f(l, i, j) = v
+        do i = 1, p1 + 1
+          f(:, i, j) = f(:, i, j) + n1(:, i, qa)*line
         end do
       end do
     end do
