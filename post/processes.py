@@ -49,7 +49,7 @@ def run(arguments):
 
 
 class Facts:
-    """What the log of a run tells of it: seconds of one increment, and what passes in it."""
+    """From the log of a run: seconds of one increment, and what passes in it."""
 
     def __init__(self, path):
         try:

@@ -32,7 +32,7 @@ class Unloading:
 
 
 def unloading_of(strain, stress, young, uncertainty):
-    """What the unloading in a test tells of the modulus, from its whole strains. It is the given
+    """The modulus from the unloading in a test, by its whole strains. It is the given
     one where the slopes agree with it within their scatter, and where none can be seen."""
     turns = reversals(strain, 0.5 * np.abs(stress).max() / young)
     rows, slopes, weights = [], [], []

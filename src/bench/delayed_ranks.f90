@@ -5,7 +5,7 @@ module delayed_ranks
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use timer, only: clock_ticks, ticks_to_seconds
-  use parcel, only: parcel_t, pack_values
+  use parcel, only: parcel_t, pass_values
   use mpi_ranks, only: mpi_ranks_t
   implicit none
   private
@@ -54,11 +54,13 @@ contains
     type(parcel_t), intent(in), asynchronous :: sent(:)
     type(parcel_t), intent(inout) :: received(:)
     type(parcel_t) :: stamped(size(partners))
+    real(wp) :: stamp(1)
     integer :: i
 
     do i = 1, size(partners)
       stamped(i) = sent(i)
-      call pack_values(stamped(i), [now()])
+      stamp = now()
+      call pass_values(stamped(i), .true., 1, stamp)
     end do
     call self%mpi_ranks_t%pass(partners, stamped, received)
     do i = 1, size(partners)

@@ -5,7 +5,7 @@ program mpi_bench
   use kinds, only: wp
   use text, only: to_text, rounded_text
   use timer, only: clock_ticks, ticks_to_seconds
-  use parcel, only: parcel_t, empty_parcel, pack_values
+  use parcel, only: parcel_t, empty_parcel, pass_values
   use bench_record, only: record_t, heading, record_line
   use ranks, only: is_first
   use mpi_ranks, only: mpi_ranks_t, begin_mpi, end_mpi
@@ -85,7 +85,7 @@ contains
     allocate (own(n), joined(n*ranks%n), source=1.0_wp)
     do i = 1, size(partners)
       call empty_parcel(sent(i), 0)
-      call pack_values(sent(i), own)
+      call pass_values(sent(i), .true., n, own)
     end do
     call ranks%wait()
     start = clock_ticks()

@@ -4,18 +4,18 @@ module contact_sharing
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use ranks, only: ranks_t
-  use parcel, only: parcel_t, pack_values, unpack_values
+  use parcel, only: parcel_t, pass_values
   use row_shares, only: row_shares_t, know_all_rows
   use state_store, only: state_store_t
   use store_gather, only: join_tables
   use contact_tiles, only: tile_t
-  use contact, only: contact_t, carry_contact, is_worked_here, find_bands
+  use contact, only: contact_t, carry_contact
   use tile_results, only: tile_result_t, n_result_numbers, numbers_of, result_of
   implicit none
   private
 
-  public :: share_contact, join_contact, last_rows, send_touching, receive_touching, &
-            add_row_costs, send_bands, receive_bands, n_band_numbers
+  public :: share_contact, join_contact, last_rows, add_row_costs, pass_touching, pass_bands, &
+            n_band_numbers
 
 contains
 
@@ -82,70 +82,39 @@ contains
     end do
   end subroutine add_row_costs
 
-  !> Where processes move but some of the rows: what a partner has to know of the tiles here.
-  subroutine send_touching(contact, partner, parcel)
-    type(contact_t), intent(in) :: contact
-    integer, intent(in) :: partner               !! number of the process
-    type(parcel_t), intent(inout) :: parcel
-    integer :: rows(2), t, j
-
-    rows = contact%rows%moved_by(:, partner + 1)
-    do t = 1, size(contact%tiles)
-      associate (tile => contact%tiles(t))
-        if (.not. (is_worked_here(contact, t) .and. reaches(tile, rows))) cycle
-        call pack_values(parcel, [merge(1.0_wp, 0.0_wp, contact%is_touching(t))])
-        if (.not. contact%is_touching(t)) cycle
-        do j = max(tile%net_first(2), rows(1)), min(tile%net_last(2), rows(2))
-          call pack_values(parcel, reshape( &
-            contact%tile_force(:, :, j - tile%net_first(2) + 1, t), &
-            [size(contact%tile_force, 1)*size(contact%tile_force, 2)]))
-        end do
-      end associate
-    end do
-  end subroutine send_touching
-
-  !> What a partner has sent so.
-  subroutine receive_touching(contact, partner, parcel)
+  !> Where processes move but some of the rows: what a partner has to know of the tiles here, into
+  !! the parcel for it, or what it has found, out of its own.
+  subroutine pass_touching(contact, partner, is_sent, parcel)
     type(contact_t), intent(inout) :: contact
-    integer, intent(in) :: partner
+    integer, intent(in) :: partner               !! number of the process
+    logical, intent(in) :: is_sent               !! to it; else received
     type(parcel_t), intent(inout) :: parcel
-    real(wp) :: is_touching(1), force(size(contact%tile_force, 1)*size(contact%tile_force, 2))
-    integer :: rows(2), t, j
+    real(wp) :: is_touching(1)
+    integer :: rows(2), sender, t, j
 
-    rows = [contact%rows%first, contact%rows%last]
+    rows = merge(contact%rows%moved_by(:, partner + 1), [contact%rows%first, contact%rows%last], &
+                 is_sent)
+    sender = merge(contact%ranks%number, partner, is_sent)
     do t = 1, size(contact%tiles)
-      associate (tile => contact%tiles(t))
-        if (.not. (contact%owners(t) == partner .and. reaches(tile, rows))) cycle
-        call unpack_values(parcel, is_touching)
+      associate (tile => contact%tiles(t), n => size(contact%tile_force, 1)*3)
+        if (.not. (contact%owners(t) == sender .and. reaches(tile, rows))) cycle
+        is_touching = merge(1.0_wp, 0.0_wp, contact%is_touching(t))
+        call pass_values(parcel, is_sent, 1, is_touching)
         contact%is_touching(t) = is_touching(1) > 0.5_wp
         if (.not. contact%is_touching(t)) cycle
         do j = max(tile%net_first(2), rows(1)), min(tile%net_last(2), rows(2))
-          call unpack_values(parcel, force)
-          contact%tile_force(:, :, j - tile%net_first(2) + 1, t) = &
-            reshape(force, shape(contact%tile_force(:, :, 1, t)))
+          call pass_values(parcel, is_sent, n, &
+                           contact%tile_force(:, :, j - tile%net_first(2) + 1, t))
         end do
       end associate
     end do
-  end subroutine receive_touching
+  end subroutine pass_touching
 
-  !> What all have to know of the tiles of this process: what its bands of them found.
-  subroutine send_bands(contact, parcel)
-    type(contact_t), intent(in) :: contact
-    type(parcel_t), intent(inout) :: parcel
-    type(tile_result_t) :: bands(size(contact%tiles)/contact%n_across)
-    integer :: b
-
-    call find_bands(contact, bands)
-    do b = 1, size(bands)
-      if (owner_of_band(contact, b) == contact%ranks%number) &
-        call pack_values(parcel, numbers_of(bands(b)))
-    end do
-  end subroutine send_bands
-
-  !> The same of a process, out of its parcel.
-  pure subroutine receive_bands(contact, process, parcel, bands)
+  !> What the bands of a process have found, which all have to know, into a parcel or out of it.
+  pure subroutine pass_bands(contact, process, is_sent, parcel, bands)
     type(contact_t), intent(in) :: contact
     integer, intent(in) :: process                      !! its number
+    logical, intent(in) :: is_sent                      !! else received
     type(parcel_t), intent(inout) :: parcel
     type(tile_result_t), intent(inout) :: bands(:)      !! of all processes
     real(wp) :: numbers(n_result_numbers)
@@ -153,10 +122,11 @@ contains
 
     do b = 1, size(bands)
       if (owner_of_band(contact, b) /= process) cycle
-      call unpack_values(parcel, numbers)
-      bands(b) = result_of(numbers)
+      numbers = numbers_of(bands(b))
+      call pass_values(parcel, is_sent, n_result_numbers, numbers)
+      if (.not. is_sent) bands(b) = result_of(numbers)
     end do
-  end subroutine receive_bands
+  end subroutine pass_bands
 
   !> How many numbers that makes.
   pure integer function n_band_numbers(contact, process) result(n)

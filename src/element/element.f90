@@ -109,8 +109,8 @@ module element
     procedure :: work_all => keep_all
     procedure :: work_own => keep_all
     procedure :: rows_of_processes => all_rows
-    procedure :: pass_tiles => nothing_to_pass
-    procedure :: pass_reports => nothing_to_report
+    procedure :: pass_forces => nothing_to_pass
+    procedure :: pass_report => nothing_to_report
     procedure :: finish_forces => forces_are_there
     procedure :: is_here => is_known
     procedure :: add_traffic => no_traffic

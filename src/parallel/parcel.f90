@@ -5,7 +5,7 @@ module parcel
   implicit none
   private
 
-  public :: empty_parcel, pack_values, unpack_values
+  public :: empty_parcel, pass_values
 
   !> The first `n` of the values are there; of these the first `n_taken` are unpacked.
   type, public :: parcel_t
@@ -25,24 +25,23 @@ contains
     call make_room(parcel, room)
   end subroutine empty_parcel
 
-  !> Put values behind those that are there.
-  pure subroutine pack_values(parcel, values)
+  !> Put values behind those that are there, or take the next ones: who sends and who receives names
+  !! them but once.
+  pure subroutine pass_values(parcel, is_sent, n, values)
     type(parcel_t), intent(inout) :: parcel
-    real(wp), intent(in) :: values(:)
+    logical, intent(in) :: is_sent                 !! they go into the parcel
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: values(n)
 
-    call make_room(parcel, parcel%n + size(values))
-    parcel%values(parcel%n + 1:parcel%n + size(values)) = values
-    parcel%n = parcel%n + size(values)
-  end subroutine pack_values
-
-  !> Take the next values.
-  pure subroutine unpack_values(parcel, values)
-    type(parcel_t), intent(inout) :: parcel
-    real(wp), intent(out) :: values(:)
-
-    values = parcel%values(parcel%n_taken + 1:parcel%n_taken + size(values))
-    parcel%n_taken = parcel%n_taken + size(values)
-  end subroutine unpack_values
+    if (is_sent) then
+      call make_room(parcel, parcel%n + n)
+      parcel%values(parcel%n + 1:parcel%n + n) = values
+      parcel%n = parcel%n + n
+    else
+      values = parcel%values(parcel%n_taken + 1:parcel%n_taken + n)
+      parcel%n_taken = parcel%n_taken + n
+    end if
+  end subroutine pass_values
 
   !> What is there stays; room grows by half at least, so that it grows seldom.
   pure subroutine make_room(parcel, n)

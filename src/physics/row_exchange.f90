@@ -6,9 +6,9 @@ module row_exchange
   use ranks, only: pass_counted, gather_counted
   use blank, only: blank_t, assembly_t
   use effect, only: effect_slot_t, instant_t
+  use contact, only: find_bands
   use contact_effect, only: contact_view_t, contact_pairs, finish_pair
-  use contact_sharing, only: send_touching, receive_touching, send_bands, receive_bands, &
-                             n_band_numbers
+  use contact_sharing, only: pass_touching, pass_bands, n_band_numbers
   use tile_results, only: tile_result_t
   implicit none
   private
@@ -60,16 +60,16 @@ contains
                                                  blank%received(rows%ranks%n))
       do i = 1, size(partners)
         call empty_parcel(blank%sent(i), 0)
-        call element%pass_tiles(partners(i), .true., blank%sent(i))
+        call element%pass_forces(partners(i), .true., blank%sent(i))
         do k = 1, size(pairs)
-          call send_touching(pairs(k)%pair%pair, partners(i), blank%sent(i))
+          call pass_touching(pairs(k)%pair%pair, partners(i), .true., blank%sent(i))
         end do
       end do
       call pass_counted(rows%ranks, partners, blank%sent, blank%received, blank%traffic)
       do i = 1, size(partners)
-        call element%pass_tiles(partners(i), .false., blank%received(i))
+        call element%pass_forces(partners(i), .false., blank%received(i))
         do k = 1, size(pairs)
-          call receive_touching(pairs(k)%pair%pair, partners(i), blank%received(i))
+          call pass_touching(pairs(k)%pair%pair, partners(i), .false., blank%received(i))
         end do
       end do
     end associate
@@ -90,16 +90,17 @@ contains
         counts = counts + [(n_band_numbers(pairs(k)%pair%pair, r), r=0, size(counts) - 1)]
       end do
       call empty_parcel(own, counts(rows%ranks%number + 1))
-      call element%pass_reports(rows%ranks%number, .true., own)
+      call element%pass_report(rows%ranks%number, .true., own)
       do k = 1, size(pairs)
-        call send_bands(pairs(k)%pair%pair, own)
+        call find_bands(pairs(k)%pair%pair, found(k)%bands)
+        call pass_bands(pairs(k)%pair%pair, rows%ranks%number, .true., own, found(k)%bands)
       end do
       call empty_parcel(joined, sum(counts))
       call gather_counted(rows%ranks, counts, own%values, joined%values, blank%traffic)
       do r = 0, size(counts) - 1
-        call element%pass_reports(r, .false., joined)
+        call element%pass_report(r, .false., joined)
         do k = 1, size(pairs)
-          call receive_bands(pairs(k)%pair%pair, r, joined, found(k)%bands)
+          call pass_bands(pairs(k)%pair%pair, r, .false., joined, found(k)%bands)
         end do
       end do
     end associate

@@ -106,7 +106,7 @@ contains
               causes_of(energy_lost, facts_of(model, instant, control, place)))
   end subroutine check_balance
 
-  !> Is there something that `check_balance` tells of?
+  !> Is there something that `check_balance` reports?
   pure logical function is_lost(model, balance, is_early, control)
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance

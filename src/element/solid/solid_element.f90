@@ -24,8 +24,7 @@ module solid_element
   use patch_setup, only: new_patch, new_cut_patch, new_tile_buffers, element_patch, check_shape
   use patch_outline, only: add_whole_masses, add_cut_masses, carry_points, distances_inside, &
                            centre_of
-  use tile_exchange, only: sum_of_blocks, pack_tiles, unpack_tiles, pack_reports, unpack_reports, &
-                           find_rows, costs_of_tiles
+  use tile_exchange, only: sum_of_blocks, pass_tiles, pass_reports, find_rows, costs_of_tiles
   use patch_points, only: new_point_volumes, read_points_of, copy_points, find_row_energies, &
                           new_given_fields, &
                           spread_to_points, carry_given
@@ -82,8 +81,8 @@ module solid_element
     procedure :: work_all
     procedure :: work_own
     procedure :: rows_of_processes
-    procedure :: pass_tiles
-    procedure :: pass_reports
+    procedure :: pass_forces
+    procedure :: pass_report
     procedure :: finish_forces
     procedure :: is_here
     procedure :: add_traffic
@@ -296,30 +295,30 @@ contains
     if (.not. allocated(self%reports)) allocate (self%reports(size(self%buffers)))
   end subroutine rows_of_processes
 
-  subroutine pass_tiles(self, partner, is_sent, parcel)
+  subroutine pass_forces(self, partner, is_sent, parcel)
     class(solid_element_t), intent(inout) :: self
     integer, intent(in) :: partner
     logical, intent(in) :: is_sent
     type(parcel_t), intent(inout) :: parcel
+    integer :: rows(2), sender
 
     if (.not. self%is_open) return
-    associate (rows => self%motion%rows, force => self%motion%internal_force)
-      if (is_sent) call pack_tiles(self%patch, rows%moved_by(:, partner + 1), self%buffers, &
-                                   parcel, force)
-      if (.not. is_sent) call unpack_tiles(self%patch, partner, [rows%first, rows%last], &
-                                           self%buffers, parcel, force)
+    associate (shares => self%motion%rows)
+      rows = merge(shares%moved_by(:, partner + 1), [shares%first, shares%last], is_sent)
+      sender = merge(shares%ranks%number, partner, is_sent)
     end associate
-  end subroutine pass_tiles
+    call pass_tiles(self%patch, sender, rows, is_sent, self%buffers, parcel, &
+                    self%motion%internal_force)
+  end subroutine pass_forces
 
-  subroutine pass_reports(self, process, is_sent, parcel)
+  subroutine pass_report(self, process, is_sent, parcel)
     class(solid_element_t), intent(inout) :: self
     integer, intent(in) :: process
     logical, intent(in) :: is_sent
     type(parcel_t), intent(inout) :: parcel
 
-    if (is_sent) call pack_reports(self%patch, self%reports, parcel)
-    if (.not. is_sent) call unpack_reports(self%patch, process, parcel, self%reports)
-  end subroutine pass_reports
+    call pass_reports(self%patch, process, is_sent, self%reports, parcel)
+  end subroutine pass_report
 
   subroutine finish_forces(self, report)
     class(solid_element_t), intent(inout) :: self

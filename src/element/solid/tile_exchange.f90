@@ -4,14 +4,14 @@
 module tile_exchange
   use kinds, only: wp
   use ranks, only: gather_parcels
-  use parcel, only: parcel_t, empty_parcel, pack_values, unpack_values
+  use parcel, only: parcel_t, empty_parcel, pass_values
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, tile_buffer_t, find_blocks_of
   implicit none
   private
 
-  public :: complete_tiles, exchange_tiles, pack_tiles, unpack_tiles, pack_reports
-  public :: unpack_reports, find_rows, costs_of_tiles, gather_blocks, sum_of_blocks
+  public :: complete_tiles, exchange_tiles, pass_tiles, pass_reports, find_rows, costs_of_tiles
+  public :: gather_blocks, sum_of_blocks
 
   integer, parameter :: n_numbers = 5   !! of a report, without the part
 
@@ -44,86 +44,70 @@ contains
     type(tile_buffer_t), intent(inout), optional :: more_buffers(:) !! of a second field
     real(wp), intent(inout), contiguous, optional :: more(:, :, :, :)
     integer, parameter :: all_rows(2) = [1, huge(1)]
-    integer :: r
+    type(parcel_t) :: own, joined
+    integer :: r, room
 
-    associate (own => patch%shares%own, joined => patch%shares%joined)
-      call empty_parcel(own, 0)
-      call pack_reports(patch, reports, own)
-      call pack_tiles(patch, all_rows, buffers, own, force)
-      if (present(more)) call pack_tiles(patch, all_rows, more_buffers, own, more)
-      call gather_parcels(patch%shares%ranks, own, joined, patch%shares%traffic)
-      do r = 0, patch%shares%ranks%n - 1
-        call unpack_reports(patch, r, joined, reports)
-        call unpack_tiles(patch, r, all_rows, buffers, joined, force)
-        if (present(more)) call unpack_tiles(patch, r, all_rows, more_buffers, joined, more)
-      end do
-    end associate
+    room = sum([(size(buffers(r)%force), r=patch%shares%first, patch%shares%last)])
+    if (present(force)) room = room + size(force)
+    call empty_parcel(own, room)
+    call pass_found(patch%shares%ranks%number, .true., own)
+    call gather_parcels(patch%shares%ranks, own, joined, patch%shares%traffic)
+    do r = 0, patch%shares%ranks%n - 1
+      call pass_found(r, .false., joined)
+    end do
+
+  contains
+
+    !> All that the tiles of a process have found.
+    subroutine pass_found(process, is_sent, parcel)
+      integer, intent(in) :: process
+      logical, intent(in) :: is_sent
+      type(parcel_t), intent(inout) :: parcel
+
+      call pass_reports(patch, process, is_sent, reports, parcel)
+      call pass_tiles(patch, process, all_rows, is_sent, buffers, parcel, force)
+      if (present(more)) call pass_tiles(patch, process, all_rows, is_sent, more_buffers, parcel, &
+                                         more)
+    end subroutine pass_found
   end subroutine exchange_tiles
 
-  !> Put some rows of what the own tiles have found into a parcel.
-  pure subroutine pack_tiles(patch, rows, buffers, parcel, field)
+  !> Some rows of what the tiles of a process have found, into a parcel or out of it.
+  subroutine pass_tiles(patch, process, rows, is_sent, buffers, parcel, field)
     type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: process                     !! its number
     integer, intent(in) :: rows(2)                     !! first and last
-    type(tile_buffer_t), intent(in) :: buffers(:)      !! of the tiles
-    type(parcel_t), intent(inout) :: parcel
-    real(wp), intent(in), contiguous, optional :: field(:, :, :, :)
-    integer :: t, j, k, c
-
-    do t = patch%shares%first, patch%shares%last
-      if (present(field)) then
-        do c = 1, size(field, 4)
-          do k = 1, size(field, 3)
-            do j = max(patch%tiles(t)%control_first(2), rows(1)), &
-                   min(patch%tiles(t)%own_last, rows(2))
-              call pack_values(parcel, field(:, j, k, c))
-            end do
-          end do
-        end do
-      end if
-      associate (border => buffers(t)%force)
-        do c = lbound(border, 4), ubound(border, 4)
-          do k = lbound(border, 3), ubound(border, 3)
-            do j = max(lbound(border, 2), rows(1)), min(ubound(border, 2), rows(2))
-              call pack_values(parcel, border(:, j, k, c))
-            end do
-          end do
-        end do
-      end associate
-    end do
-  end subroutine pack_tiles
-
-  !> Take the same rows of what the tiles of another process have found out of its parcel.
-  pure subroutine unpack_tiles(patch, partner, rows, buffers, parcel, field)
-    type(solid_patch_t), intent(in) :: patch
-    integer, intent(in) :: partner                     !! its number
-    integer, intent(in) :: rows(2)
-    type(tile_buffer_t), intent(inout) :: buffers(:)
+    logical, intent(in) :: is_sent                     !! else received
+    type(tile_buffer_t), intent(inout) :: buffers(:)   !! of the tiles
     type(parcel_t), intent(inout) :: parcel
     real(wp), intent(inout), contiguous, optional :: field(:, :, :, :)
-    integer :: t, j, k, c
+    integer :: t
 
-    do t = first_of(patch, partner), patch%shares%last_of(partner + 1)
-      if (present(field)) then
-        do c = 1, size(field, 4)
-          do k = 1, size(field, 3)
-            do j = max(patch%tiles(t)%control_first(2), rows(1)), &
-                   min(patch%tiles(t)%own_last, rows(2))
-              call unpack_values(parcel, field(:, j, k, c))
-            end do
-          end do
-        end do
-      end if
-      associate (border => buffers(t)%force)
-        do c = lbound(border, 4), ubound(border, 4)
-          do k = lbound(border, 3), ubound(border, 3)
-            do j = max(lbound(border, 2), rows(1)), min(ubound(border, 2), rows(2))
-              call unpack_values(parcel, border(:, j, k, c))
-            end do
-          end do
-        end do
+    do t = first_of(patch, process), patch%shares%last_of(process + 1)
+      associate (tile => patch%tiles(t), border => buffers(t)%force)
+        if (present(field)) call pass_rows(is_sent, shape(field), 1, parcel, field, &
+                                           max(tile%control_first(2), rows(1)), &
+                                           min(tile%own_last, rows(2)))
+        call pass_rows(is_sent, shape(border), lbound(border, 2), parcel, border, &
+                       max(lbound(border, 2), rows(1)), min(ubound(border, 2), rows(2)))
       end associate
     end do
-  end subroutine unpack_tiles
+  end subroutine pass_tiles
+
+  !> Some rows of a field.
+  subroutine pass_rows(is_sent, n, low, parcel, field, first, last)
+    logical, intent(in) :: is_sent
+    integer, intent(in) :: n(4), low                   !! shape, number of its first row
+    integer, intent(in) :: first, last                 !! rows that pass
+    type(parcel_t), intent(inout) :: parcel
+    real(wp), intent(inout) :: field(n(1), low:low + n(2) - 1, n(3)*n(4))
+    integer :: j, k
+
+    do k = 1, size(field, 3)
+      do j = first, last
+        call pass_values(parcel, is_sent, n(1), field(:, j, k))
+      end do
+    end do
+  end subroutine pass_rows
 
   !> Rows of control points of the processes, along axis 2, where tiles have rows of their own: the
   !! last one that its tiles, or those of processes before, are the first to touch; first and last
@@ -168,7 +152,7 @@ contains
     end do
   end function costs_of_tiles
 
-  !> How many numbers `pack_reports` makes of the tiles of a process.
+  !> How many numbers `pass_reports` passes of the tiles of a process.
   pure integer function n_reports_of(patch, process) result(n)
     type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: process                     !! its number
@@ -185,39 +169,29 @@ contains
     if (process > 0) first = patch%shares%last_of(process) + 1
   end function first_of
 
-  !> Put the reports of the own tiles into a parcel. A block number may be huge, but is a number
-  !! that a real one holds.
-  pure subroutine pack_reports(patch, reports, parcel)
+  !> The reports of the tiles of a process, into a parcel or out of it. A block number may be huge,
+  !! but is a number that a real one holds.
+  pure subroutine pass_reports(patch, process, is_sent, reports, parcel)
     type(solid_patch_t), intent(in) :: patch
-    type(force_report_t), intent(in) :: reports(:)     !! of the tiles
+    integer, intent(in) :: process                     !! its number
+    logical, intent(in) :: is_sent                     !! else received
+    type(force_report_t), intent(inout) :: reports(:)  !! of the tiles
     type(parcel_t), intent(inout) :: parcel
-    integer :: t
-
-    do t = patch%shares%first, patch%shares%last
-      call pack_values(parcel, [reports(t)%internal_work, reports(t)%viscous_work, &
-                                reports(t)%largest_rate, reports(t)%smallest_det, &
-                                real(reports(t)%failed_block, wp)])
-    end do
-  end subroutine pack_reports
-
-  !> Take those of the tiles of a process out of a parcel.
-  pure subroutine unpack_reports(patch, process, parcel, reports)
-    type(solid_patch_t), intent(in) :: patch
-    integer, intent(in) :: process
-    type(parcel_t), intent(inout) :: parcel
-    type(force_report_t), intent(inout) :: reports(:)
     real(wp) :: values(n_numbers)
     integer :: t
 
     do t = first_of(patch, process), patch%shares%last_of(process + 1)
-      call unpack_values(parcel, values)
+      values = [reports(t)%internal_work, reports(t)%viscous_work, reports(t)%largest_rate, &
+                reports(t)%smallest_det, real(reports(t)%failed_block, wp)]
+      call pass_values(parcel, is_sent, n_numbers, values)
+      if (is_sent) cycle
       reports(t)%internal_work = values(1)
       reports(t)%viscous_work = values(2)
       reports(t)%largest_rate = values(3)
       reports(t)%smallest_det = values(4)
       reports(t)%failed_block = nint(values(5))
     end do
-  end subroutine unpack_reports
+  end subroutine pass_reports
 
   !> Sum over all blocks in their order, of numbers that each process has of its own ones.
   function sum_of_blocks(patch, n, values) result(total)

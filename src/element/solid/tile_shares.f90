@@ -4,7 +4,6 @@ module tile_shares
   use kinds, only: wp
   use, intrinsic :: iso_fortran_env, only: int64
   use ranks, only: ranks_t, traffic_t
-  use parcel, only: parcel_t
   use timer, only: clock_ticks
   implicit none
   private
@@ -17,8 +16,6 @@ module tile_shares
     logical :: is_shared = .false.              !! others work the rest of them
     class(ranks_t), allocatable :: ranks        !! the processes; absent: one for all
     integer, allocatable :: last_of(:)          !! last tile of each of them
-    !> What passes in an evaluation of the forces: from here, and from all.
-    type(parcel_t) :: own, joined
     type(traffic_t) :: traffic
     !> Work on each of the tiles since they were shared, and the clock when it began [clock ticks].
     integer(int64), allocatable :: ticks(:), started(:)
