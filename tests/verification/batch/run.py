@@ -380,9 +380,11 @@ def what_is_killed_goes_on(folder):
         wait_for(lambda: is_stepping(folder / "4.log"))
         batch.send_signal(signal.SIGUSR1)
         wait_for_files(folder, "4.ckpt.h5")
+        runs = runs_of(batch)
     finally:
         os.killpg(batch.pid, signal.SIGKILL)
         batch.communicate()
+    wait_for(lambda: all(has_ended(run) for run in runs))
     said = igaform(folder, "batch", "list.txt", "--jobs", 2)
     assert "2 runs: 2 completed" in said, said
     assert "restart    from 4.ckpt.h5" in (folder / "4.log").read_text()
@@ -430,6 +432,14 @@ def runs_of(batch):
 
 def is_run_of(process, word):
     return word in pathlib.Path(f"/proc/{process}/cmdline").read_text().split("\0")
+
+
+def has_ended(process):
+    try:
+        status = pathlib.Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return True
+    return status.rpartition(")")[2].split()[0] in "ZX"
 
 
 def open_files(batch):
