@@ -23,8 +23,7 @@ module contact
   use timer, only: clock_ticks
   use row_shares, only: row_shares_t
   use tile_results, only: contact_statistics_t, tile_result_t, count_iterations, add_result, &
-                          add_counts, exchange_results, exchange_forces, find_points_of, &
-                          carry_counts
+                          add_counts, exchange_results, exchange_forces
   use pressed_points, only: pressed_points_t, most_points
   use penalty, only: stiffness_from_mass, no_contact, find_pressed_depths, push_points, &
                      contact_damping_t, new_contact_damping, damp_points
@@ -32,13 +31,11 @@ module contact
   use closest_point, only: hit_t, follow, is_beside, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
   use cell_hierarchy, only: distance_to_leaves
-  use state_store, only: state_store_t, carry, carry_array, carry_columns, carry_indices
   implicit none
   private
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, &
-            carry_contact, schedule_tests, press_contact, add_touching, find_bands, &
-            sum_contact, is_worked_here
+            schedule_tests, press_contact, add_touching, find_bands, sum_contact, is_worked_here
 
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
@@ -727,57 +724,6 @@ contains
     if (hit%face == 0 .or. due%depth(i) >= contact%options%max_depth &
         .or. is_beside(tool, hit, contact%options%overhang)) due%depth(i) = 0.0_wp
   end subroutine keep_hit
-
-  !> Frozen penalty, warm starts, culling state, forces, history of friction and damping, counts.
-  !! Where processes share the tiles each has its own points.
-  subroutine carry_contact(contact, store)
-    type(contact_t), intent(inout) :: contact
-    type(state_store_t), intent(inout) :: store
-    integer, allocatable :: here(:), places(:), tiles(:), rows(:)
-    integer :: i
-
-    associate (n => contact%secondary%n_points, n_net => contact%secondary%n_net)
-      if (contact%is_shared) then
-        call find_points_of(contact%ranks%number, contact%tiles, contact%owners, &
-                            contact%secondary%n_along, here)
-        places = [here, n + here, 2*n + here]
-      end if
-      if (contact%rows%is_shared) then
-        tiles = pack([(i, i=1, size(contact%tiles))], contact%owners == contact%ranks%number)
-        rows = [(i, i=contact%rows%own_first, contact%rows%own_last)]
-        rows = [rows, n_net(2) + rows, 2*n_net(2) + rows]
-      end if
-      call carry_columns(store, "travel", 1, size(contact%tiles), contact%tiles%travel, tiles)
-      call carry_columns(store, "tile_test_at", 1, size(contact%tiles), contact%tiles%test_at, &
-                         tiles)
-      call carry_array(store, "tool_displacement", 3, contact%motion%displacement)
-      call carry(store, "is_started", contact%motion%is_started)
-      call carry(store, "is_static", contact%is_static)
-      call carry(store, "share", contact%scale)
-      call carry(store, "passed", contact%passed)
-      call carry_array(store, "stiffness", n, contact%stiffness)
-      call carry_columns(store, "net", n_net(1), 3*n_net(2), contact%motion%now, rows)
-      call carry_indices(store, "face", n, contact%n_faces, contact%face, here)
-      call carry_columns(store, "local_coordinates", 2, n, contact%at, here)
-      if (allocated(contact%room)) call carry_columns(store, "room", 1, n, contact%room, here)
-      call carry_columns(store, "test_at", 1, n, contact%test_at, here)
-      call carry_columns(store, "search_at", 1, n, contact%search_at, here)
-      call carry_columns(store, "start", 1, n, contact%start, here)
-      call carry_columns(store, "force", 1, 3*n, contact%force, places)
-      call carry_counts(contact%statistics, store)
-      if (allocated(contact%friction)) then
-        call carry(store, "friction_energy", contact%friction%energy)
-        call carry_columns(store, "stretch", 3, n, contact%friction%stretch, here)
-        ! The stiffness takes it, also before the next increment: that of frequencies.
-        if (contact%is_static) call carry_array(store, "held", n, contact%friction%held)
-      end if
-      if (allocated(contact%damping)) then
-        call carry(store, "damping_energy", contact%damping%energy)
-        call carry_columns(store, "damping_force", 3, n, contact%damping%force, here)
-        call carry_array(store, "damping_constant", n, contact%damping%constant)
-      end if
-    end associate
-  end subroutine carry_contact
 
   !> Let the next call test all points, or every `stride`-th one that has a face near it and no
   !! other, as many as while a tool forms the sheet: for measuring that cost before it happens.

@@ -9,24 +9,27 @@ module contact_sharing
   use state_store, only: state_store_t
   use store_gather, only: join_tables
   use contact_tiles, only: tile_t
-  use contact, only: contact_t, carry_contact
+  use contact, only: contact_t
+  use contact_state, only: carry_contact, carry_places, spare_points
   use tile_results, only: tile_result_t, n_result_numbers, numbers_of, result_of
   implicit none
   private
 
-  public :: share_contact, join_contact, last_rows, add_row_costs, pass_touching, pass_bands, &
-            n_band_numbers
+  public :: share_contact, join_contact, join_places, last_rows, add_row_costs, pass_touching, &
+            pass_bands, n_band_numbers
 
 contains
 
   !> Several processes work the tiles from here on. Where each moves but some of the rows of control
   !! points, it works the bands of tiles whose first row is one of its own. Else tiles are dealt out
-  !! by their diagonals, for those that touch lie side by side along or across a face.
+  !! by their diagonals, for those that touch lie side by side along or across a face. What is known
+  !! of the points of others is given up.
   subroutine share_contact(contact, ranks, rows, is_anew)
     type(contact_t), intent(inout) :: contact
     class(ranks_t), intent(in) :: ranks
     type(row_shares_t), intent(in), optional :: rows   !! absent: each knows all
     logical, intent(in), optional :: is_anew           !! work is counted anew; absent: yes
+    logical :: is_counted
     integer :: t
 
     if (.not. allocated(contact%ranks)) allocate (contact%ranks, source=ranks)
@@ -39,10 +42,10 @@ contains
     else
       contact%owners = mod(contact%tiles%diagonal, ranks%n)
     end if
-    if (present(is_anew) .and. allocated(contact%ticks)) then
-      if (.not. is_anew) return
-    end if
-    contact%ticks = spread(0_int64, 1, size(contact%tiles))
+    is_counted = .false.
+    if (present(is_anew)) is_counted = allocated(contact%ticks) .and. .not. is_anew
+    if (.not. is_counted) contact%ticks = spread(0_int64, 1, size(contact%tiles))
+    call spare_points(contact)
   end subroutine share_contact
 
   !> Number of the process that a row belongs to.
@@ -152,14 +155,26 @@ contains
     reaches = tile%net_first(2) <= rows(2) .and. tile%net_last(2) >= rows(1)
   end function reaches
 
-  !> What the next call must know of all points, at all processes. The tiles stay shared.
-  subroutine join_contact(contact)
+  !> What is known of all points, at the first process alone or at all. The tiles stay shared.
+  subroutine join_contact(contact, is_everywhere)
     type(contact_t), intent(inout) :: contact
+    logical, intent(in) :: is_everywhere
     type(state_store_t) :: store
 
     if (.not. contact%is_shared) return
-    call join_tables(store, contact%ranks, is_everywhere=.true.)
+    call join_tables(store, contact%ranks, is_everywhere)
     call carry_contact(contact, store)
   end subroutine join_contact
+
+  !> Of the same but where the face is and where its points are on the tool.
+  subroutine join_places(contact, is_everywhere)
+    type(contact_t), intent(inout) :: contact
+    logical, intent(in) :: is_everywhere
+    type(state_store_t) :: store
+
+    if (.not. contact%is_shared) return
+    call join_tables(store, contact%ranks, is_everywhere)
+    call carry_places(contact, store)
+  end subroutine join_places
 
 end module contact_sharing

@@ -11,10 +11,11 @@ module contact_effect
   use secondary_surface, only: secondary_surface_t, scatter_forces, areas_inside
   use tool, only: tool_t, to_tool_frame, torque_of
   use contact, only: contact_t, press_contact, add_touching, find_bands, sum_contact, &
-                     carry_contact, schedule_tests
+                     schedule_tests
+  use contact_state, only: carry_contact
   use tile_results, only: tile_result_t
   use contact_trim, only: trim_contact
-  use contact_sharing, only: share_contact, join_contact
+  use contact_sharing, only: share_contact, join_contact, join_places
   use ranks, only: ranks_t
   use row_shares, only: row_shares_t, know_all_rows
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
@@ -204,15 +205,21 @@ contains
     end do
   end subroutine share_pairs
 
-  !> What is known of the points of all pairs, at all processes.
-  subroutine join_pairs(effects)
+  !> What is known of the points of all pairs, at the first process alone or at all; or but where
+  !! they are, see `join_places`.
+  subroutine join_pairs(effects, is_everywhere, are_places)
     type(effect_slot_t), intent(inout), target :: effects(:)
+    logical, intent(in) :: is_everywhere, are_places
     type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     pairs = contact_pairs(effects)
     do i = 1, size(pairs)
-      call join_contact(pairs(i)%pair%pair)
+      if (are_places) then
+        call join_places(pairs(i)%pair%pair, is_everywhere)
+      else
+        call join_contact(pairs(i)%pair%pair, is_everywhere)
+      end if
     end do
   end subroutine join_pairs
 

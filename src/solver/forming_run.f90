@@ -374,7 +374,9 @@ contains
     if (.not. allocated(model%ranks)) return
     call know_rows(model, run)
     call join_points(model%bodies%blank%parts, model%ranks, is_everywhere)
-    call join_pairs(model%forces)
+    ! Of contact points a frame without their pressure shows nothing.
+    call join_pairs(model%forces, is_everywhere, &
+                    are_places=.not. (is_everywhere .or. model%output%has_pressure))
     call share_pairs(model%forces)
   end subroutine look_at_points
 
@@ -498,7 +500,7 @@ contains
     is_first = run%n_steps == 0 .or. (run%n_steps <= first_steps .and. .not. model%step%is_static)
     if (allocated(model%ranks) .and. is_lost(model, balance, is_first, run%control)) then
       call join_rows(model, run)
-      call join_pairs(model%forces)
+      call join_pairs(model%forces, is_everywhere=.true., are_places=.false.)
     end if
     call check_balance(model, balance, is_first, run%instant, run%control, error)
     if (is_sample) run%balance = balance
@@ -589,7 +591,8 @@ contains
     end do
     run%has_penetration = is_penetration_due(run%control, run%instant%time)
     if (run%has_penetration) then
-      if (allocated(model%ranks)) call join_pairs(model%forces)
+      if (allocated(model%ranks)) &
+        call join_pairs(model%forces, is_everywhere=.true., are_places=.true.)
       call measure_depths(model%forces, model%bodies%tools, run%instant%time, n_samples)
       call schedule_penetration(run%control, run%instant%time, &
                                 run%instant%dt*cost*n_samples/(fraction*n_points))

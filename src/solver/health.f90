@@ -194,7 +194,7 @@ contains
       associate (pair => pairs(i)%pair)
         if (pair%pair%statistics%first_failed > 0 .and. .not. pair%has_told_failure) then
           pair%has_told_failure = .true.
-          call join_contact(pair%pair)
+          call join_contact(pair%pair, is_everywhere=.true.)
           call append_text(warnings, "warning: "//pair%name// &
                            ": no closest point was found, "//when(instant)//", for "// &
                            contact_point_text(pair%pair, tools(pair%tool), &
@@ -202,7 +202,7 @@ contains
                            "no contact there; the number of failed searches is at the end")
         end if
         if (limit > 0.0_wp .and. pair%depth > limit*pair%thickness) then
-          call join_pairs(effects)
+          call join_pairs(effects, is_everywhere=.true., are_places=.false.)
           call find_deepest_point(pair%pair, tools(pair%tool), deepest, place)
           call find_speeds(law, tools, facts)
           facts%edge = tool_edge_near(effects, tools, place)
@@ -212,7 +212,7 @@ contains
         else if (warning_limit > 0.0_wp .and. pair%depth > warning_limit*pair%thickness &
                  .and. .not. pair%has_warned) then
           pair%has_warned = .true.
-          call join_contact(pair%pair)
+          call join_contact(pair%pair, is_everywhere=.true.)
           call find_deepest_point(pair%pair, tools(pair%tool), deepest)
           call append_text(warnings, "warning: "//depth_message(pair, instant)//", "//deepest)
         end if
