@@ -2,8 +2,9 @@
 !!
 !! A round section is a square core and a rim of two to four patches between its edges and the
 !! circle, ruled in homogeneous coordinates, so that no position is degenerate. Neighbours have the
-!! same knots, weights and control points on their common faces. Circles are rational quadratics (L.
-!! Piegl and W. Tiller, The NURBS Book, 2nd ed., section 7.3), raised to the degree asked for.
+!! same knots, weights and control points on their common faces. Halves and quarters are those of a
+!! whole solid. Circles are rational quadratics (L. Piegl and W. Tiller, The NURBS Book, 2nd ed.,
+!! section 7.3), raised to the degree asked for.
 module round_solids
   use kinds, only: wp
   use failure, only: error_t, fail
@@ -157,7 +158,7 @@ contains
     starts = rim_angles(shape)
     through = linear_axis()
     do p = 1, size(solids)
-      arc = clean_arc(starts(p), starts(p + 1) - starts(p))
+      arc = rim_arc(starts(p), starts(p + 1) - starts(p))
       do i = 1, 3
         points(i, :, :, 1) = r*arc%points(i, 1)
         points(i, :, :, 2) = r*arc%points(i, 2)
@@ -267,7 +268,7 @@ contains
     type(arc_t) :: arc
     real(wp) :: points(3, 2, 3), weights(3, 2)
 
-    arc = clean_arc(start, angle)
+    arc = rim_arc(start, angle)
     points = 0.0_wp
     points(:, 1, :2) = radius*arc%points
     points(1, 2, :2) = side*edge_of_core(start)
@@ -277,6 +278,20 @@ contains
     weights(:, 2) = 1.0_wp
     call new_nurbs_surface(surface, arc%axis, linear_axis(), points, weights, error)
   end subroutine rim_surface
+
+  !> One piece of the circle. Those of 45 degrees are halves of one of 90, so that the first two
+  !! weights at an axis, which may be a plane of symmetry, are equal: in the rim, too, the row next
+  !! to it lies straight across.
+  pure function rim_arc(start, angle) result(arc)
+    real(wp), intent(in) :: start, angle         !! [degrees]
+    type(arc_t) :: arc
+
+    arc = clean_arc(start, angle)
+    associate (w => arc%weights)
+      if (mod(nint(start), 90) == 0) w(:2) = w(2)**2
+      if (mod(nint(start + angle), 90) == 0) w(2:) = w(2)**2
+    end associate
+  end function rim_arc
 
   !> Where the ray at a multiple of 45 degrees leaves a square of half side 1.
   pure function edge_of_core(angle) result(corner)
