@@ -300,7 +300,8 @@ contains
     call add_tile_forces(contact, size(touching), touching, force)
   end subroutine exchange_tiles
 
-  !> Where processes move but some of the rows: add the forces of all tiles that touch these.
+  !> Where processes move but some of the rows: add the forces of all tiles that touch those known
+  !! here.
   subroutine add_touching(contact, force)
     type(contact_t), intent(in) :: contact
     real(wp), intent(inout) :: force(:, :, :)   !! shape (n_net, 3) [force]
@@ -327,7 +328,7 @@ contains
     integer :: i, j
 
     !$omp do schedule(static)
-    do j = max(1, contact%rows%first), min(contact%secondary%n_net(2), contact%rows%last)
+    do j = max(1, contact%rows%known(1)), min(contact%secondary%n_net(2), contact%rows%known(2))
       do i = 1, n_due
         if (.not. contact%is_touching(due(i))) cycle
         associate (tile => contact%tiles(due(i)))

@@ -95,8 +95,7 @@ contains
     real(wp) :: is_touching(1)
     integer :: rows(2), sender, t, j
 
-    rows = merge(contact%rows%moved_by(:, partner + 1), [contact%rows%first, contact%rows%last], &
-                 is_sent)
+    rows = merge(contact%rows%known_by(:, partner + 1), contact%rows%known, is_sent)
     sender = merge(contact%ranks%number, partner, is_sent)
     do t = 1, size(contact%tiles)
       associate (tile => contact%tiles(t), n => size(contact%tile_force, 1)*3)

@@ -109,6 +109,8 @@ module element
     procedure :: work_all => keep_all
     procedure :: work_own => keep_all
     procedure :: rows_of_processes => all_rows
+    procedure :: pass_shape => nothing_to_pass
+    procedure :: join_rows => no_rows_of_its_own
     procedure :: pass_forces => nothing_to_pass
     procedure :: pass_report => nothing_to_report
     procedure :: finish_forces => forces_are_there
@@ -659,16 +661,20 @@ contains
   end subroutine keep_all
 
   !> Rows of control points, along axis 2, where processes may move but some of them: the last own
-  !! one of each process, first and last row that its tiles touch, (2, processes), and how many
-  !! numbers they report. Not allocated: each moves all.
-  subroutine all_rows(self, last_of, moved_by, n_reported)
+  !! one of each process, first and last row that its tiles touch, (2, processes), how many numbers
+  !! they report, and how many rows around those that it moves a process must know. Not allocated:
+  !! each moves all.
+  subroutine all_rows(self, last_of, moved_by, n_reported, reach)
     class(element_t), intent(inout) :: self
     integer, allocatable, intent(out) :: last_of(:), moved_by(:, :), n_reported(:)
+    integer, intent(out) :: reach
+
+    reach = 0
   end subroutine all_rows
 
   !> Where processes move but some of the rows, `forces` leaves those of the tiles as they are until
   !! `finish_forces`. In between, what a partner has to know of the own tiles goes into a parcel for
-  !! it, and comes out of its own.
+  !! it, and comes out of its own: `pass_shape` what the faces need, `pass_forces` the rest.
   subroutine nothing_to_pass(self, partner, is_sent, parcel)
     class(element_t), intent(inout) :: self
     integer, intent(in) :: partner              !! number of the process
@@ -684,6 +690,12 @@ contains
     logical, intent(in) :: is_sent
     type(parcel_t), intent(inout) :: parcel
   end subroutine nothing_to_report
+
+  !> Where processes move but some of the rows: what a kind keeps of control points, of all rows at
+  !! all processes. The motion is known there.
+  subroutine no_rows_of_its_own(self)
+    class(element_t), intent(inout) :: self
+  end subroutine no_rows_of_its_own
 
   !> Forces and reports of all tiles are there: add them up. Elsewhere that has been done.
   subroutine forces_are_there(self, report)

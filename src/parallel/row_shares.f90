@@ -1,39 +1,52 @@
 !> Which rows of control points of a patch a process moves, along axis 2: all where it is alone, or
 !! where something needs them all; else its own ones, and those of others that its elements and its
-!! contact points touch. All that move a row move it alike.
+!! contact points touch. All that move a row move it alike. Where forces on a row need places beyond
+!! those, the places of some rows around are brought in each increment.
 module row_shares
   use kinds, only: wp
   use ranks, only: ranks_t, traffic_t, gather_counted
+  use parcel, only: parcel_t, pass_values
   implicit none
   private
 
-  public :: share_rows, move_own_rows, know_all_rows, gather_rows, gather_row_values
+  public :: share_rows, move_own_rows, know_all_rows, pass_known_rows, gather_rows, &
+            gather_row_values
 
-  !> The rows of this process. Rows beyond those it moves keep old values here, until somebody must
+  !> The rows of this process. Rows beyond those it knows keep old values here, until somebody must
   !! look at all of them.
   type, public :: row_shares_t
     logical :: is_shared = .false.
     integer :: first = 1, last = huge(1)            !! rows that are moved here
+    integer :: known(2) = [1, huge(1)]              !! first and last whose places are known here
     integer :: own_first = 1, own_last = huge(1)    !! that count here, in sums of all processes
     class(ranks_t), allocatable :: ranks            !! the processes; absent: one for all
     integer, allocatable :: last_of(:)              !! last own row of each of them
     integer, allocatable :: moved_by(:, :)          !! first and last row that each moves, (2, n)
-    integer, allocatable :: partners(:)             !! numbers of those that move some of its rows
+    integer, allocatable :: known_by(:, :)          !! first and last that each knows, (2, n)
+    integer, allocatable :: partners(:)             !! numbers of those that know some of its rows
     integer, allocatable :: n_reported(:)           !! numbers of elements that each has for all
   end type row_shares_t
 
 contains
 
   !> The own rows of all processes follow each other.
-  subroutine share_rows(rows, ranks, last_of, moved_by)
+  subroutine share_rows(rows, ranks, last_of, moved_by, reach)
     type(row_shares_t), intent(inout) :: rows
     class(ranks_t), intent(in) :: ranks
     integer, intent(in) :: last_of(:)              !! last own row of each process
     integer, intent(in) :: moved_by(:, :)          !! its first and last row, (2, n)
+    integer, intent(in), optional :: reach         !! rows around these that it knows; absent: none
 
     if (.not. allocated(rows%ranks)) allocate (rows%ranks, source=ranks)
     rows%last_of = last_of
     rows%moved_by = moved_by
+    rows%known_by = moved_by
+    if (present(reach)) then
+      where (moved_by(1, :) <= moved_by(2, :))
+        rows%known_by(1, :) = max(1, moved_by(1, :) - reach)
+        rows%known_by(2, :) = min(last_of(size(last_of)), moved_by(2, :) + reach)
+      end where
+    end if
     call move_own_rows(rows)
   end subroutine share_rows
 
@@ -42,14 +55,16 @@ contains
     type(row_shares_t), intent(inout) :: rows      !! that were shared before
     integer :: r
 
-    associate (here => rows%ranks%number + 1, n => rows%ranks%n, moved_by => rows%moved_by)
+    associate (here => rows%ranks%number + 1, n => rows%ranks%n, moved_by => rows%moved_by, &
+               known_by => rows%known_by)
       rows%own_first = 1
       if (here > 1) rows%own_first = rows%last_of(here - 1) + 1
       rows%own_last = rows%last_of(here)
       rows%first = moved_by(1, here)
       rows%last = moved_by(2, here)
-      rows%partners = pack([(r - 1, r=1, n)], max(moved_by(1, :), rows%first) &
-                           <= min(moved_by(2, :), rows%last) .and. [(r /= here, r=1, n)])
+      rows%known = known_by(:, here)
+      rows%partners = pack([(r - 1, r=1, n)], max(known_by(1, :), rows%first) &
+                           <= min(known_by(2, :), rows%last) .and. [(r /= here, r=1, n)])
       rows%is_shared = n > 1
     end associate
   end subroutine move_own_rows
@@ -61,9 +76,35 @@ contains
     rows%is_shared = .false.
     rows%first = 1
     rows%last = huge(1)
+    rows%known = [1, huge(1)]
     rows%own_first = 1
     rows%own_last = huge(1)
   end subroutine know_all_rows
+
+  !> The rows of a field that a partner knows and does not move, and that are own ones here, into the
+  !! parcel for it; or those that come from it, out of its own.
+  subroutine pass_known_rows(rows, partner, is_sent, n, field, parcel)
+    type(row_shares_t), intent(in) :: rows          !! shared
+    integer, intent(in) :: partner                  !! number of the process
+    logical, intent(in) :: is_sent                  !! to it; else received
+    integer, intent(in) :: n(3)                     !! along axes 1 and 2, and of each column
+    real(wp), intent(inout) :: field(n(1), n(2), n(3))
+    type(parcel_t), intent(inout) :: parcel
+    integer :: sender, taker, first, i, j
+
+    sender = merge(rows%ranks%number, partner, is_sent) + 1
+    taker = merge(partner, rows%ranks%number, is_sent) + 1
+    first = 1
+    if (sender > 1) first = rows%last_of(sender - 1) + 1
+    associate (known => rows%known_by(:, taker), moved => rows%moved_by(:, taker))
+      do j = max(first, known(1)), min(rows%last_of(sender), known(2))
+        if (j >= moved(1) .and. j <= moved(2)) cycle
+        do i = 1, n(3)
+          call pass_values(parcel, is_sent, n(1), field(:, j, i))
+        end do
+      end do
+    end associate
+  end subroutine pass_known_rows
 
   !> A field on the control points, of which each process knows its own rows, at all processes.
   subroutine gather_rows(rows, n, field)

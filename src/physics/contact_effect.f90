@@ -336,8 +336,13 @@ contains
     type(tile_result_t), intent(in) :: bands(:)
     real(wp), parameter :: no_couple(3, 3) = 0.0_wp
 
-    associate (force => bodies%blank%parts(pair%part)%element%motion%external_force)
-      call add_touching(pair%pair, force(:, :, pair%lower(3), :))
+    associate (body => bodies%blank%parts(pair%part)%element)
+      if (allocated(pair%net)) then
+        call add_touching(pair%pair, pair%net_force)
+        if (any(pair%pair%is_touching)) call body%add_face_forces(pair%face, pair%net_force)
+      else
+        call add_touching(pair%pair, body%motion%external_force(:, :, pair%lower(3), :))
+      end if
     end associate
     call sum_pair(pair, bodies%tools(pair%tool), dt, no_couple, bands)
   end subroutine finish_pair
@@ -375,8 +380,11 @@ contains
 
     call body%look_at_faces()
     call body%face_net(self%face, self%net)
-    self%net_force = 0.0_wp
+    associate (known => self%pair%rows%known, n => size(self%net, 2))
+      self%net_force(:, max(1, known(1)):min(n, known(2)), :) = 0.0_wp
+    end associate
     call press(self, tool, dt, self%net, self%net_force, couple)
+    if (self%pair%rows%is_shared) return   ! `finish_pair` knows what touches
     if (any(self%pair%is_touching)) call body%add_face_forces(self%face, self%net_force)
   end subroutine press_own_face
 
@@ -445,11 +453,11 @@ contains
     self%force = 0.0_wp
   end subroutine stop
 
-  !> Of a layer of control points along the rows; wear needs the points of all.
+  !> Of a face along the rows; wear needs the points of all.
   pure logical function is_by_rows(self)
     class(contact_effect_t), intent(in) :: self
 
-    is_by_rows = self%face > 4 .and. .not. allocated(self%net)
+    is_by_rows = self%face > 4
     if (allocated(self%fields)) is_by_rows = is_by_rows .and. .not. self%fields%has_wear
   end function is_by_rows
 

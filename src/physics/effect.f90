@@ -52,6 +52,7 @@ module effect
     procedure :: stop => stop_effect
     procedure :: tally => tally_effect
     procedure :: is_by_rows => needs_all_rows
+    procedure :: widen_shares => needs_no_more
     procedure :: join_rows => has_no_rows
     procedure, nopass :: rank => rank_of_effect    !! effects of a stage act in rising order
   end type effect_t
@@ -198,6 +199,13 @@ contains
 
     is_by_rows = .false.
   end function needs_all_rows
+
+  !> Where they do: first and last row that each process moves, (2, processes), and what the effect
+  !! needs beside them.
+  pure subroutine needs_no_more(self, moved_by)
+    class(effect_t), intent(in) :: self
+    integer, intent(inout) :: moved_by(:, :)
+  end subroutine needs_no_more
 
   !> Where they do: what the effect keeps of control points, of all rows at all processes.
   subroutine has_no_rows(self, bodies)

@@ -12,7 +12,7 @@ module model
   use body_parts, only: share_external_forces
   use effect, only: effect_t, effect_slot_t, instant_t, add_effect, apply_effects, sort_effects, &
                     is_from_outside
-  use row_exchange, only: exchange_rows
+  use row_exchange, only: exchange_shape, exchange_rows
   implicit none
   private
 
@@ -87,6 +87,11 @@ contains
       model%bodies%tools(t)%force = 0.0_wp
       model%bodies%tools(t)%torque = 0.0_wp
     end do
+    if (is_by_rows) then
+      call start_watch(model%timer, model%watch_exchange)
+      call exchange_shape(model%bodies, model%forces)
+      call stop_watch(model%timer, model%watch_exchange)
+    end if
     n = count([(is_from_outside(model%forces(t)%item), t=1, size(model%forces))])
     call apply_effects(model%forces(:n), model%timer, model%bodies, instant)
     if (is_by_rows) then

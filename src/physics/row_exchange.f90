@@ -1,6 +1,7 @@
 !> Forces on the control points where processes move but some of their rows: each has worked its own
 !! elements and contact points, and the others need what these do to rows that they move as well.
-!! Everybody gets it as it is, and adds it in the same order as one process does.
+!! Everybody gets it as it is, and adds it in the same order as one process does. Faces that follow
+!! a mid-surface take a shape first, of what their elements have found.
 module row_exchange
   use parcel, only: parcel_t, empty_parcel
   use ranks, only: pass_counted, gather_counted
@@ -13,7 +14,7 @@ module row_exchange
   implicit none
   private
 
-  public :: exchange_rows
+  public :: exchange_shape, exchange_rows
 
   !> What the bands of tiles of a contact pair found.
   type :: bands_t
@@ -21,6 +22,19 @@ module row_exchange
   end type bands_t
 
 contains
+
+  !> The shape of faces that contact is to press, if any are not layers of control points. All
+  !! processes call it.
+  subroutine exchange_shape(bodies, forces)
+    type(assembly_t), intent(inout) :: bodies
+    type(effect_slot_t), intent(inout), target :: forces(:)
+    type(contact_view_t), allocatable :: pairs(:)
+    integer :: k
+
+    pairs = contact_pairs(forces)
+    if (any([(allocated(pairs(k)%pair%net), k=1, size(pairs))])) &
+      call pass_parcels(bodies%blank, pairs, is_shape=.true.)
+  end subroutine exchange_shape
 
   !> Complete the forces of elements and contact pairs, and what they report. All processes call it.
   subroutine exchange_rows(bodies, forces, instant)
@@ -39,7 +53,7 @@ contains
       end associate
     end do
     bodies%blank%n_exchanges = bodies%blank%n_exchanges + 1
-    call pass_forces(bodies%blank, pairs)
+    call pass_parcels(bodies%blank, pairs, is_shape=.false.)
     call gather_findings(bodies%blank, pairs, found)
     call bodies%blank%parts(1)%element%finish_forces(bodies%blank%report)
     do k = 1, size(pairs)
@@ -47,33 +61,49 @@ contains
     end do
   end subroutine exchange_rows
 
-  !> Forces on the rows that a partner moves as well, to it and from it.
-  subroutine pass_forces(blank, pairs)
+  !> What partners have to know, to them and from them: the shape, or the forces.
+  subroutine pass_parcels(blank, pairs, is_shape)
     type(blank_t), intent(inout) :: blank
     type(contact_view_t), intent(in) :: pairs(:)
+    logical, intent(in) :: is_shape
     integer, allocatable :: partners(:)
-    integer :: i, k
+    integer :: i
 
-    associate (element => blank%parts(1)%element, rows => blank%parts(1)%element%motion%rows)
+    associate (rows => blank%parts(1)%element%motion%rows)
       partners = rows%partners
       if (.not. allocated(blank%sent)) allocate (blank%sent(rows%ranks%n), &
                                                  blank%received(rows%ranks%n))
       do i = 1, size(partners)
         call empty_parcel(blank%sent(i), 0)
-        call element%pass_forces(partners(i), .true., blank%sent(i))
-        do k = 1, size(pairs)
-          call pass_touching(pairs(k)%pair%pair, partners(i), .true., blank%sent(i))
-        end do
+        call pass_one(partners(i), .true., blank%sent(i))
       end do
       call pass_counted(rows%ranks, partners, blank%sent, blank%received, blank%traffic)
       do i = 1, size(partners)
-        call element%pass_forces(partners(i), .false., blank%received(i))
-        do k = 1, size(pairs)
-          call pass_touching(pairs(k)%pair%pair, partners(i), .false., blank%received(i))
-        end do
+        call pass_one(partners(i), .false., blank%received(i))
       end do
     end associate
-  end subroutine pass_forces
+
+  contains
+
+    !> All that goes to a partner, or comes from it.
+    subroutine pass_one(partner, is_sent, parcel)
+      integer, intent(in) :: partner
+      logical, intent(in) :: is_sent
+      type(parcel_t), intent(inout) :: parcel
+      integer :: k
+
+      associate (element => blank%parts(1)%element)
+        if (is_shape) then
+          call element%pass_shape(partner, is_sent, parcel)
+          return
+        end if
+        call element%pass_forces(partner, is_sent, parcel)
+      end associate
+      do k = 1, size(pairs)
+        call pass_touching(pairs(k)%pair%pair, partner, is_sent, parcel)
+      end do
+    end subroutine pass_one
+  end subroutine pass_parcels
 
   !> What the tiles of elements and the bands of contact points found, to all processes.
   subroutine gather_findings(blank, pairs, found)

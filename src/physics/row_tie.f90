@@ -20,6 +20,8 @@ module row_tie
   contains
     procedure :: apply
     procedure :: carry => carry_tie
+    procedure :: is_by_rows
+    procedure :: widen_shares
   end type row_tie_t
 
 contains
@@ -32,16 +34,49 @@ contains
     if (instant%dt_mean > 0.0_wp) call even_out(self, bodies%blank)
   end subroutine apply
 
+  !> The rows of a group are moved by the same processes.
+  pure logical function is_by_rows(self)
+    class(row_tie_t), intent(in) :: self
+
+    is_by_rows = .true.
+  end function is_by_rows
+
+  !> Who moves a row of a group moves all of them.
+  pure subroutine widen_shares(self, moved_by)
+    class(row_tie_t), intent(in) :: self
+    integer, intent(inout) :: moved_by(:, :)
+    integer :: first, g, r, low, high
+
+    first = 1
+    do g = 1, size(self%last)
+      low = minval(self%points(2, first:self%last(g)))
+      high = maxval(self%points(2, first:self%last(g)))
+      do r = 1, size(moved_by, 2)
+        if (max(low, moved_by(1, r)) > min(high, moved_by(2, r))) cycle
+        moved_by(1, r) = min(low, moved_by(1, r))
+        moved_by(2, r) = max(high, moved_by(2, r))
+      end do
+      first = self%last(g) + 1
+    end do
+  end subroutine widen_shares
+
   !> One velocity for each group, of the same momentum. Points at seams weigh with all that moves
-  !! with them, so that each patch comes to the same.
+  !! with them, so that each patch comes to the same. Groups in rows that do not move here are left
+  !! out.
   pure subroutine even_out(tie, blank)
     class(row_tie_t), intent(in) :: tie
     type(blank_t), intent(inout) :: blank
     real(wp) :: mass, momentum
-    integer :: first, g, p
+    integer :: next, first, g, p
 
-    first = 1
+    next = 1
     do g = 1, size(tie%last)
+      first = next
+      next = tie%last(g) + 1
+      associate (rows => blank%parts(tie%part(first))%element%motion%rows, &
+                 j => tie%points(2, first))
+        if (j < rows%first .or. j > rows%last) cycle
+      end associate
       mass = 0.0_wp
       momentum = 0.0_wp
       do p = first, tie%last(g)
@@ -59,7 +94,6 @@ contains
             momentum/mass
         end associate
       end do
-      first = tie%last(g) + 1
     end do
   end subroutine even_out
 

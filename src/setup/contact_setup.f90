@@ -143,7 +143,7 @@ contains
         call add_error(errors, spec%origin, error%message, "usable contact options")
         return
       end if
-      if (body%is_own_face(face)) allocate (pair%net, pair%net_force, mold=pair%pair%motion%now)
+      if (body%is_own_face(face)) allocate (pair%net, pair%net_force, source=pair%pair%motion%now)
       call new_depth_samples(pair%samples, pair%pair, tool, body%surface(face), pair%thickness, &
                              findloc(face_axes(face), across, dim=1))
       call trim_pair(pair, body)

@@ -25,8 +25,8 @@ contains
     type(run_t), intent(inout) :: run
     logical, intent(in) :: may_move
     type(contact_view_t), allocatable :: pairs(:)
-    integer, allocatable :: last_of(:), moved_by(:, :), n_reported(:)
-    integer :: i
+    integer, allocatable :: last_of(:), moved_by(:, :), n_reported(:), before(:, :)
+    integer :: i, reach
 
     associate (element => model%bodies%blank%parts(1)%element)
       if (.not. may_move) then
@@ -39,13 +39,20 @@ contains
       run%shared_at = run%n_steps
       if (allocated(element%motion%rows%last_of)) deallocate (element%motion%rows%last_of)
       if (.not. is_by_rows(model)) return
-      call element%rows_of_processes(last_of, moved_by, n_reported)
+      call element%rows_of_processes(last_of, moved_by, n_reported, reach)
       if (.not. allocated(last_of)) return
       pairs = contact_pairs(model%forces)
       do i = 1, size(pairs)
         moved_by(2, :) = max(moved_by(2, :), last_rows(pairs(i)%pair%pair, last_of))
       end do
-      call share_rows(element%motion%rows, model%ranks, last_of, moved_by)
+      do
+        before = moved_by
+        do i = 1, size(model%supports)
+          call model%supports(i)%item%widen_shares(moved_by)
+        end do
+        if (all(moved_by == before)) exit
+      end do
+      call share_rows(element%motion%rows, model%ranks, last_of, moved_by, reach)
       element%motion%rows%n_reported = n_reported
     end associate
   end subroutine share_own_rows
@@ -89,6 +96,7 @@ contains
         call gather_rows(motion%rows, n, motion%external_force)
         call gather_rows(motion%rows, n, run%v_before(1)%values)
       end associate
+      call element%join_rows()
     end associate
     do i = 1, size(model%forces)
       call model%forces(i)%item%join_rows(model%bodies)

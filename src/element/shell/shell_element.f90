@@ -21,12 +21,15 @@ module shell_element
                          place_of_point, block_at, basis_at, find_blocks_here, is_block_here
   use patch_setup, only: new_tile_buffers
   use solid_element, only: solid_element_t, stiffness_of_blocks
-  use tile_exchange, only: sum_of_blocks
+  use solid_forces, only: add_tiles
+  use tile_exchange, only: sum_of_blocks, pass_tiles
+  use row_shares, only: pass_known_rows, gather_rows
+  use parcel, only: parcel_t
   use shell_outline, only: mass_inside, carry_over, share_of_leaders
   use shell_setup, only: shortest_length, mid_surface, new_shell_patch, damp_bending_of
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
-                         add_face_forces
-  use shell_forces, only: forces_of_shell, set_metric, shell_kernel_name
+                         add_face_forces, rows_around
+  use shell_forces, only: forces_of_shell, begin_shell_forces, set_metric, shell_kernel_name
   use shell_stiffness, only: shell_trial_t, begin_shell_trial, run_trial, end_shell_trial
   use solid_stiffness, only: block_trial_t
   use through_thickness, only: through_fields_t, new_through_fields, add_push, take_pushes, &
@@ -61,6 +64,8 @@ module shell_element
     procedure :: try_block
     procedure :: leave_trial
     procedure :: drop_state
+    procedure :: pass_shape
+    procedure :: join_rows
     procedure :: forget_faces
     procedure :: take_shape
     procedure :: single
@@ -112,6 +117,7 @@ contains
     element%has_viscosity = element%patch%viscosity%is_active
     element%buffers = new_tile_buffers(element%patch)
     call new_shell_faces(element%faces, element%grid%axes(:2), element%grid%weights(:, :, 1))
+    element%reach = rows_around(element%faces)
     element%density = law%density
     allocate (element%mass, mold=element%grid%weights)
     element%mass = element%mass_now()
@@ -196,9 +202,64 @@ contains
     self%patch%n_before = self%n_before
     self%dt = dt
     call look_through(self)
-    call forces_of_shell(self%patch, self%points, self%buffers, self%through, law, dt, &
-                         self%motion%x, self%motion%internal_force, report)
+    if (.not. self%motion%rows%is_shared) then
+      call forces_of_shell(self%patch, self%points, self%buffers, self%through, law, dt, &
+                           self%motion%x, self%motion%internal_force, report)
+      return
+    end if
+    self%is_open = .true.
+    call begin_shell_forces(self%patch, self%points, self%buffers, self%through, law, dt, &
+                            self%motion%x, self%motion%internal_force, self%reports)
   end subroutine forces
+
+  !> Places of control points, and what the tiles have found of the thickness.
+  subroutine pass_shape(self, partner, is_sent, parcel)
+    class(shell_element_t), intent(inout) :: self
+    integer, intent(in) :: partner
+    logical, intent(in) :: is_sent
+    type(parcel_t), intent(inout) :: parcel
+    integer :: rows(2), sender
+
+    associate (shares => self%motion%rows, n => shape(self%mass))
+      call pass_known_rows(shares, partner, is_sent, [n(1), n(2), 3], self%motion%x, parcel)
+      if (.not. (self%is_open .and. self%through%is_watched)) return
+      rows = merge(shares%known_by(:, partner + 1), shares%known, is_sent)
+      sender = merge(shares%ranks%number, partner, is_sent)
+    end associate
+    call pass_tiles(self%patch, sender, rows, is_sent, self%through%buffers, parcel, &
+                    self%through%sums)
+  end subroutine pass_shape
+
+  !> Thickness of the control points and what presses on them; the normals that belong to it.
+  subroutine join_rows(self)
+    class(shell_element_t), intent(inout) :: self
+    integer :: n(2)
+
+    n = shape(self%thickness)
+    associate (rows => self%motion%rows)
+      call gather_rows(rows, [n, 1], self%thickness)
+      call gather_rows(rows, [n, 1], self%thickening)
+      call gather_rows(rows, [n, 2], self%through%push)
+    end associate
+    call find_normals(self%faces, self%motion%x)
+  end subroutine join_rows
+
+  !> Of these rows, those that there are.
+  pure function rows_there(self, rows) result(there)
+    class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: rows(2)             !! first and last
+    integer :: there(2)
+
+    there = [max(1, rows(1)), min(size(self%mass, 2), rows(2))]
+  end function rows_there
+
+  !> Rows of control points that move here.
+  pure function rows_moved(self) result(moved)
+    class(shell_element_t), intent(in) :: self
+    integer :: moved(2)
+
+    moved = rows_there(self, [self%motion%rows%first, self%motion%rows%last])
+  end function rows_moved
 
   !> At the end of the motion that the velocities make from here, with the normal stress that
   !! `forces` would take there.
@@ -237,7 +298,7 @@ contains
     class(shell_element_t), intent(inout) :: self
 
     self%through%is_watched = self%seen == self%patch%increment
-    if (self%through%is_watched) call take_pushes(self%through, self%thickness)
+    if (self%through%is_watched) call take_pushes(self%through, rows_moved(self), self%thickness)
     self%through%is_pressed = self%through%is_pressed .and. self%through%is_watched
   end subroutine look_through
 
@@ -580,20 +641,32 @@ contains
     surface = solid_face(self%body(), side)
   end function surface
 
-  !> Normals and thickness of the shape that the last evaluation of the forces took.
+  !> Normals and thickness of the shape that the last evaluation of the forces took. Where processes
+  !! move but some of the rows, they have passed what they know of it.
   subroutine look_at_faces(self)
     class(shell_element_t), intent(inout) :: self
+    integer :: known(2)
 
     if (self%seen == self%patch%increment) return
-    call find_normals(self%faces, self%motion%x)
+    call find_normals(self%faces, self%motion%x, rows_moved(self))
     if (self%seen < self%patch%increment - 1) then
       self%thickness = thickness_of(self)
       self%thickening = 0.0_wp
       self%through%push = 0.0_wp
     else
-      self%thickening = self%thickness
-      self%thickness = self%through%sums(:, :, 1, 1)/self%through%volume
-      self%thickening = (self%thickness - self%thickening)/max(self%dt, tiny(1.0_wp))
+      known = rows_there(self, self%motion%rows%known)
+      if (self%is_open) then
+        !$omp parallel
+        call add_tiles(self%patch, self%through%buffers, self%through%sums, known)
+        !$omp end parallel
+      end if
+      associate (thickness => self%thickness(:, known(1):known(2)), &
+                 thickening => self%thickening(:, known(1):known(2)), &
+                 sums => self%through%sums(:, known(1):known(2), 1, 1))
+        thickening = thickness
+        thickness = sums/self%through%volume(:, known(1):known(2))
+        thickening = (thickness - thickening)/max(self%dt, tiny(1.0_wp))
+      end associate
     end if
     self%seen = self%patch%increment
   end subroutine look_at_faces
@@ -624,7 +697,7 @@ contains
     real(wp), allocatable :: thickness(:, :)
 
     if (self%seen == self%patch%increment) then
-      call face_net(self%faces, side, self%motion%x, self%thickness, net)
+      call face_net(self%faces, side, self%motion%x, self%thickness, net, rows_moved(self))
     else
       call find_faces(self, faces, thickness)
       call face_net(faces, side, self%motion%x, thickness, net)
@@ -667,13 +740,16 @@ contains
     integer, intent(in) :: side
     real(wp), intent(in) :: forces(:, :, :)
     real(wp), allocatable :: both(:, :, :, :)
-    integer :: face
+    integer :: moved(2), face
 
     call self%look_at_faces()
     associate (force => self%motion%external_force)
       if (side > 4) then
-        call add_face_forces(self%faces, side, self%thickness, forces, force)
-        call add_push(size(self%thickness), side, self%faces%director, forces, self%through%push)
+        call add_face_forces(self%faces, side, self%thickness, forces, force, rows_moved(self))
+        moved = rows_moved(self)
+        call add_push(size(self%thickness), (moved(1) - 1)*size(self%thickness, 1) + 1, &
+                      moved(2)*size(self%thickness, 1), side, self%faces%director, forces, &
+                      self%through%push)
       else
         allocate (both, mold=self%start_faces)
         both = 0.0_wp

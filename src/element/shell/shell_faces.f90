@@ -19,7 +19,7 @@ module shell_faces
   implicit none
   private
 
-  public :: new_shell_faces, find_normals, face_net, face_velocities, add_face_forces
+  public :: new_shell_faces, find_normals, face_net, face_velocities, add_face_forces, rows_around
 
   integer, parameter :: parallel_size = 2000   !! fewer points are not worth waking threads for
 
@@ -205,28 +205,70 @@ contains
     end do
   end function blend
 
+  !> How many rows of control points beyond a row, along axis 2, its faces and the forces that go
+  !! from them to the mid-surface depend on.
+  pure integer function rows_around(faces) result(n)
+    type(shell_faces_t), intent(in) :: faces
+
+    n = 2*rows_of_bands(faces)
+  end function rows_around
+
+  !> Rows of Greville points about a row of control points, and the other way round.
+  pure integer function rows_of_bands(faces) result(n)
+    type(shell_faces_t), intent(in) :: faces
+
+    associate (bands => faces%axes(2))
+      n = max(-bands%value%low, bands%value%high, -bands%slope%low, bands%slope%high, &
+              -bands%filter%low, bands%filter%high)
+    end associate
+  end function rows_of_bands
+
+  !> Some rows, and those of Greville points on which they depend.
+  pure function with_neighbours(faces, rows) result(wide)
+    type(shell_faces_t), intent(in) :: faces
+    integer, intent(in) :: rows(2)                          !! first and last
+    integer :: wide(2)
+
+    wide(1) = max(1, rows(1) - rows_of_bands(faces))
+    wide(2) = min(faces%n(2), rows(2) + rows_of_bands(faces))
+  end function with_neighbours
+
+  !> The rows that are given, else all.
+  pure function rows_or_all(faces, rows) result(chosen)
+    type(shell_faces_t), intent(in) :: faces
+    integer, intent(in), optional :: rows(2)
+    integer :: chosen(2)
+
+    chosen = [1, faces%n(2)]
+    if (present(rows)) chosen = rows
+  end function rows_or_all
+
   !> Normals of the mid-surface, from which the procedures below take the place of the faces. Once a
-  !! step; the same bits for any number of threads.
-  subroutine find_normals(faces, x)
+  !! step; the same bits for any number of threads. Of some rows of the faces, `rows_around` more
+  !! of control points must be known to either side.
+  subroutine find_normals(faces, x, rows)
     type(shell_faces_t), intent(inout) :: faces
     real(wp), intent(in) :: x(faces%n(1), faces%n(2), 3)    !! control points [length]
+    integer, intent(in), optional :: rows(2)                !! first and last; absent: all
+    integer :: chosen(2)
 
+    chosen = rows_or_all(faces, rows)
     !$omp parallel if (product(faces%n) > parallel_size)
-    call set_normals(faces, faces%n(1), faces%n(2), x)
-    call set_directors(faces, faces%n(1))
+    call set_normals(faces, faces%n(1), faces%n(2), with_neighbours(faces, chosen), x)
+    call set_directors(faces, faces%n(1), chosen)
     !$omp end parallel
   end subroutine find_normals
 
   !> The threads of a region divide the rows.
-  subroutine set_normals(faces, n1, n2, x)
+  subroutine set_normals(faces, n1, n2, rows, x)
     type(shell_faces_t), intent(inout) :: faces
-    integer, intent(in) :: n1, n2
+    integer, intent(in) :: n1, n2, rows(2)
     real(wp), intent(in) :: x(n1, n2, 3)
     real(wp) :: a(n1, 3, 2)
     integer :: j
 
     !$omp do schedule(static)
-    do j = 1, n2
+    do j = rows(1), rows(2)
       call tangents(faces, n1, n2, x, j, a)
       call normals_of(n1, n2, j, a, faces%normal, faces%dual)
     end do
@@ -234,14 +276,14 @@ contains
   end subroutine set_normals
 
   !> Coefficients of the normal; the threads of a region divide the rows.
-  subroutine set_directors(faces, n1)
+  subroutine set_directors(faces, n1, rows)
     type(shell_faces_t), intent(inout) :: faces
-    integer, intent(in) :: n1
+    integer, intent(in) :: n1, rows(2)
     real(wp) :: line(n1, 3), row(n1, 3)
     integer :: j, c
 
     !$omp do schedule(static)
-    do j = 1, faces%n(2)
+    do j = rows(1), rows(2)
       call blend_across(faces%axes(2)%filter, j, n1, faces%normal, line, faces%weight_at)
       row = 0.0_wp
       call add_along(faces%axes(1)%filter, n1, line, row)
@@ -403,17 +445,20 @@ contains
     row(n1, :) = row(n1, :) + values(n1, -1)*line(n1 - 1, :) + values(n1, 0)*line(n1, :)
   end subroutine add_three
 
-  !> Control points of a face, of the mid-surface that `find_normals` was given.
-  subroutine face_net(faces, side, x, thickness, net)
+  !> Control points of a face, of the mid-surface that `find_normals` was given. Rows that are not
+  !! asked for stay as they are.
+  subroutine face_net(faces, side, x, thickness, net, rows)
     type(shell_faces_t), intent(in) :: faces
     integer, intent(in) :: side                                 !! 5 or 6
     real(wp), intent(in) :: x(faces%n(1), faces%n(2), 3)        !! [length]
     real(wp), intent(in) :: thickness(faces%n(1), faces%n(2))   !! at the control points [length]
-    real(wp), intent(out) :: net(faces%n(1), faces%n(2), 3)     !! [length]
-    integer :: j, c
+    real(wp), intent(inout) :: net(faces%n(1), faces%n(2), 3)   !! [length]
+    integer, intent(in), optional :: rows(2)                    !! first and last; absent: all
+    integer :: chosen(2), j, c
 
+    chosen = rows_or_all(faces, rows)
     !$omp parallel do schedule(static) private(c) if (product(faces%n) > parallel_size)
-    do j = 1, faces%n(2)
+    do j = chosen(1), chosen(2)
       do c = 1, 3
         net(:, j, c) = x(:, j, c) + arm_of(side)*thickness(:, j)*faces%director(:, j, c)
       end do
@@ -496,32 +541,37 @@ contains
   end subroutine add_turns
 
   !> Add forces on the control points of a face to those of the mid-surface, so that their power is
-  !! the same. The same bits for any number of threads.
-  subroutine add_face_forces(faces, side, thickness, f, force)
+  !! the same. The same bits for any number of threads. Of some rows of the mid-surface, the forces
+  !! on `rows_around` more of the face must be known to either side.
+  subroutine add_face_forces(faces, side, thickness, f, force, rows)
     type(shell_faces_t), intent(inout) :: faces
     integer, intent(in) :: side                                 !! 5 or 6
     real(wp), intent(in) :: thickness(faces%n(1), faces%n(2))   !! at the control points [length]
     real(wp), intent(in) :: f(faces%n(1), faces%n(2), 3)        !! on the face [force]
     real(wp), intent(inout) :: force(faces%n(1), faces%n(2), 3) !! on the mid-surface [force]
+    integer, intent(in), optional :: rows(2)                    !! first and last; absent: all
+    integer :: chosen(2)
 
+    chosen = rows_or_all(faces, rows)
     !$omp parallel if (product(faces%n) > parallel_size)
-    call push_normals(faces, faces%n(1), faces%n(2), arm_of(side), thickness, f)
-    call spread_pushes(faces, faces%n(1), faces%n(2), f, force)
+    call push_normals(faces, faces%n(1), faces%n(2), with_neighbours(faces, chosen), &
+                      arm_of(side), thickness, f)
+    call spread_pushes(faces, faces%n(1), faces%n(2), chosen, f, force)
     !$omp end parallel
   end subroutine add_face_forces
 
   !> What forces on a face do to the tangents at the Greville points: to the normal through the
   !! filter, and from it -(g . a^alpha) a3. The threads of a region divide the rows.
-  subroutine push_normals(faces, n1, n2, arm, thickness, f)
+  subroutine push_normals(faces, n1, n2, rows, arm, thickness, f)
     type(shell_faces_t), intent(inout) :: faces
-    integer, intent(in) :: n1, n2
+    integer, intent(in) :: n1, n2, rows(2)
     real(wp), intent(in) :: arm, thickness(n1, n2), f(n1, n2, 3)
     real(wp) :: line(n1, 3), g(n1, 3)
     integer :: i, j, k, c
     real(wp) :: b
 
     !$omp do schedule(static)
-    do j = 1, n2
+    do j = rows(1), rows(2)
       line = 0.0_wp
       associate (filter => faces%axes(2)%filter_back)
         do k = max(1, j + filter%low), min(n2, j + filter%high)
@@ -568,16 +618,16 @@ contains
 
   !> Forces on the control points from the forces on the face and the pushes on the tangents. The
   !! threads of a region divide the rows.
-  subroutine spread_pushes(faces, n1, n2, f, force)
+  subroutine spread_pushes(faces, n1, n2, rows, f, force)
     type(shell_faces_t), intent(in) :: faces
-    integer, intent(in) :: n1, n2
+    integer, intent(in) :: n1, n2, rows(2)
     real(wp), intent(in) :: f(n1, n2, 3)
     real(wp), intent(inout) :: force(n1, n2, 3)
     real(wp) :: line(n1, 3), more(n1, 3), row(n1, 3)
     integer :: j, c
 
     !$omp do schedule(static)
-    do j = 1, n2
+    do j = rows(1), rows(2)
       associate (one => faces%axes(1), two => faces%axes(2))
         row = 0.0_wp
         call blend_across(two%value_back, j, n1, faces%push(:, :, :, 1), line)

@@ -12,7 +12,7 @@ module shell_forces
   use tile_shares, only: begin_tile, end_tile
   use shell_context, only: placed_law_t, new_placed_law, place_block
   use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
-                          finish_evaluation
+                          finish_evaluation, add_increment
   use through_thickness, only: through_fields_t, normal_at_points, add_values
 #include "kl_shell_uses.inc"
 #include "kl_metric_uses.inc"
@@ -21,7 +21,8 @@ module shell_forces
   implicit none
   private
 
-  public :: forces_of_shell, run_shell, run_placed, set_metric, set_metric_of_block
+  public :: forces_of_shell, begin_shell_forces, run_shell, run_placed, set_metric, &
+            set_metric_of_block
   public :: shell_kernel_of, shell_kernel_name
 
   !> Degrees and points of the tuned instances, as in `kernel_dispatch`.
@@ -64,17 +65,9 @@ contains
     real(wp), intent(inout), contiguous :: force(:, :, :, :)
     type(force_report_t), intent(out) :: report
     type(force_report_t) :: reports(size(buffers))
-    integer :: t
 
-    !$omp parallel default(shared) private(t) if (.not. law%is_serial)
-    !$omp do schedule(static)
-    do t = patch%shares%first, patch%shares%last
-      call begin_tile(patch%shares, t)
-      call forces_of_tile(patch, points, fields, law, t, dt, x, force, buffers(t)%force, &
-                          reports(t))
-      call end_tile(patch%shares, t)
-    end do
-    !$omp end do
+    !$omp parallel default(shared) if (.not. law%is_serial)
+    call work_tiles(patch, points, buffers, fields, law, dt, x, force, reports)
     if (fields%is_watched) then
       call complete_tiles(patch, reports, buffers, force, fields%buffers, fields%sums)
       call add_tiles(patch, fields%buffers, fields%sums)
@@ -85,6 +78,48 @@ contains
     !$omp end parallel
     call finish_evaluation(patch, dt, reports, report)
   end subroutine forces_of_shell
+
+  !> The first half of the same: the own tiles alone, whose forces `end_forces` adds up when those
+  !! of other processes are there.
+  subroutine begin_shell_forces(patch, points, buffers, fields, law, dt, x, force, reports)
+    type(solid_patch_t), intent(inout) :: patch
+    type(shell_points_t), intent(inout) :: points
+    type(tile_buffer_t), intent(inout) :: buffers(:)
+    type(through_fields_t), intent(inout) :: fields
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: x(:, :, :, :)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
+    type(force_report_t), intent(inout) :: reports(:)   !! of the tiles
+
+    !$omp parallel default(shared) if (.not. law%is_serial)
+    call work_tiles(patch, points, buffers, fields, law, dt, x, force, reports)
+    !$omp end parallel
+    call add_increment(patch, dt)
+  end subroutine begin_shell_forces
+
+  !> The tiles that are worked here, shared by the threads of a region.
+  subroutine work_tiles(patch, points, buffers, fields, law, dt, x, force, reports)
+    type(solid_patch_t), intent(inout) :: patch
+    type(shell_points_t), intent(inout) :: points
+    type(tile_buffer_t), intent(inout) :: buffers(:)
+    type(through_fields_t), intent(inout) :: fields
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: x(:, :, :, :)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
+    type(force_report_t), intent(inout) :: reports(:)
+    integer :: t
+
+    !$omp do schedule(static)
+    do t = patch%shares%first, patch%shares%last
+      call begin_tile(patch%shares, t)
+      call forces_of_tile(patch, points, fields, law, t, dt, x, force, buffers(t)%force, &
+                          reports(t))
+      call end_tile(patch%shares, t)
+    end do
+    !$omp end do
+  end subroutine work_tiles
 
   !> The blocks of one tile.
   subroutine forces_of_tile(patch, points, fields, law, number, dt, x, force, border, report)

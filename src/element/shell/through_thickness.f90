@@ -109,29 +109,41 @@ contains
     total = sums(:, :, 1, 1)
   end function sums_of
 
-  !> Add what forces on a face press towards the mid-surface, by control point.
-  pure subroutine add_push(n, side, director, forces, push)
+  !> Add what forces on a face press towards the mid-surface, by control point. Of some of them, all
+  !! whose pushes have the same 64 of memory are taken: a sum of products rounds in vectors as it
+  !! does not in what is left of a loop, so a loop over fewer would change the last bit.
+  pure subroutine add_push(n, first, last, side, director, forces, push)
     integer, intent(in) :: n                                   !! control points
+    integer, intent(in) :: first, last                         !! that are wanted
     integer, intent(in) :: side                                !! 5 or 6
     real(wp), intent(in) :: director(n, 3), forces(n, 3)       !! [-], [force]
     real(wp), intent(inout) :: push(n, 5:6)                    !! sums by side [force]
+    integer, parameter :: together = 64                        ! many times the lanes of any vector
+    integer :: a, b
 
-    push(:, side) = push(:, side) + merge(-1.0_wp, 1.0_wp, side == 6) &
-      *(forces(:, 1)*director(:, 1) + forces(:, 2)*director(:, 2) + forces(:, 3)*director(:, 3))
+    a = (first - 1)/together*together + 1
+    b = min(n, (last + together - 1)/together*together)
+    push(a:b, side) = push(a:b, side) + merge(-1.0_wp, 1.0_wp, side == 6) &
+      *(forces(a:b, 1)*director(a:b, 1) + forces(a:b, 2)*director(a:b, 2) &
+        + forces(a:b, 3)*director(a:b, 3))
   end subroutine add_push
 
-  !> The normal stress of the pushes so far; the next ones begin from none.
-  pure subroutine take_pushes(fields, thickness)
+  !> The normal stress of the pushes so far, of some rows; the next ones begin from none.
+  pure subroutine take_pushes(fields, rows, thickness)
     type(through_fields_t), intent(inout) :: fields
+    integer, intent(in) :: rows(2)                !! first and last
     real(wp), intent(in) :: thickness(:, :)       !! of the control points [length]
+    integer :: j
 
-    fields%is_pressed = any(abs(fields%push) > 0.0_wp)
+    fields%is_pressed = any(abs(fields%push(:, rows(1):rows(2), :)) > 0.0_wp)
     if (.not. fields%is_pressed) return
-    associate (push => fields%push, volume => fields%volume)
-      fields%normal(:, :, 1, 1) = -0.5_wp*(push(:, :, 6) + push(:, :, 5))*thickness/volume
-      fields%normal(:, :, 1, 2) = -0.5_wp*(push(:, :, 6) - push(:, :, 5))*thickness/volume
+    associate (push => fields%push, volume => fields%volume, normal => fields%normal)
+      do j = rows(1), rows(2)
+        normal(:, j, 1, 1) = -0.5_wp*(push(:, j, 6) + push(:, j, 5))*thickness(:, j)/volume(:, j)
+        normal(:, j, 1, 2) = -0.5_wp*(push(:, j, 6) - push(:, j, 5))*thickness(:, j)/volume(:, j)
+        push(:, j, :) = 0.0_wp
+      end do
     end associate
-    fields%push = 0.0_wp
   end subroutine take_pushes
 
   !> Normal stress at the integration points of a block.

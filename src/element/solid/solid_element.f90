@@ -45,13 +45,13 @@ module solid_element
   type, extends(element_t), public :: solid_element_t
     type(solid_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
-    !> An evaluation that `finish_forces` ends: reports of the tiles and time increment.
+    !> An evaluation that `finish_forces` ends, and reports of its tiles.
     logical :: is_open = .false.
     type(force_report_t), allocatable :: reports(:)
-    real(wp) :: open_increment = 0.0_wp
     logical :: has_own_points = .true.           !! a block needs nothing but its own points
     logical :: is_divisible = .true.             !! nor does a tile, and forces add up
-    logical :: is_by_rows = .true.               !! nor do forces need more than the rows of tiles
+    logical :: is_by_rows = .true.               !! nor do forces need all rows of control points
+    integer :: reach = 0                         !! but these to either side of those that move here
     real(wp), allocatable :: volumes(:, :, :, :)   !! of the points at the start, when asked for
     real(wp) :: density = 0.0_wp                   !! of the law, without what scaling has added
     !> Share of an element's area inside an outline from which on its control points move for
@@ -281,16 +281,17 @@ contains
       return
     end if
     self%is_open = .true.
-    self%open_increment = dt
     call begin_forces(self%patch, self%buffers, law, dt, self%motion%x, self%motion%v, &
                       self%motion%internal_force, self%reports)
   end subroutine forces
 
-  subroutine rows_of_processes(self, last_of, moved_by, n_reported)
+  subroutine rows_of_processes(self, last_of, moved_by, n_reported, reach)
     class(solid_element_t), intent(inout) :: self
     integer, allocatable, intent(out) :: last_of(:), moved_by(:, :), n_reported(:)
+    integer, intent(out) :: reach
 
-    if (.not. self%is_by_rows .or. self%is_surface) return
+    reach = self%reach
+    if (.not. self%is_by_rows) return
     call find_rows(self%patch, last_of, moved_by, n_reported)
     if (.not. allocated(self%reports)) allocate (self%reports(size(self%buffers)))
   end subroutine rows_of_processes
@@ -326,7 +327,7 @@ contains
 
     if (.not. self%is_open) return
     associate (rows => self%motion%rows)
-      call end_forces(self%patch, self%buffers, self%open_increment, [rows%first, rows%last], &
+      call end_forces(self%patch, self%buffers, [rows%first, rows%last], &
                       self%motion%internal_force, self%reports, report)
     end associate
     self%is_open = .false.

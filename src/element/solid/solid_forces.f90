@@ -15,7 +15,7 @@ module solid_forces
   implicit none
   private
 
-  public :: internal_forces, begin_forces, end_forces, add_tiles, finish_evaluation
+  public :: internal_forces, begin_forces, end_forces, add_tiles, finish_evaluation, add_increment
   public :: gather_motion, gather_weights, gather_field, add_forces, clear_rows, add_report
 
 contains
@@ -56,13 +56,13 @@ contains
     !$omp parallel default(shared) if (.not. law%is_serial)
     call work_tiles(patch, buffers, law, dt, x, v, force, reports)
     !$omp end parallel
+    call add_increment(patch, dt)
   end subroutine begin_forces
 
   !> The second half, of some rows.
-  subroutine end_forces(patch, buffers, dt, rows, force, reports, report)
-    type(solid_patch_t), intent(inout) :: patch
+  subroutine end_forces(patch, buffers, rows, force, reports, report)
+    type(solid_patch_t), intent(in) :: patch
     type(tile_buffer_t), intent(in) :: buffers(:)
-    real(wp), intent(in) :: dt                          !! [time]
     integer, intent(in) :: rows(2)                      !! first and last
     real(wp), intent(inout), contiguous :: force(:, :, :, :)
     type(force_report_t), intent(in) :: reports(:)      !! of all tiles
@@ -71,7 +71,7 @@ contains
     !$omp parallel default(shared)
     call add_tiles(patch, buffers, force, rows)
     !$omp end parallel
-    call finish_evaluation(patch, dt, reports, report)
+    call sum_reports(reports, report)
   end subroutine end_forces
 
   !> The tiles that are worked here, shared by the threads of a region.
@@ -135,15 +135,29 @@ contains
     real(wp), intent(in) :: dt
     type(force_report_t), intent(in) :: reports(:)     !! of the tiles
     type(force_report_t), intent(out) :: report
-    integer :: t
+
+    call add_increment(patch, dt)
+    call sum_reports(reports, report)
+  end subroutine finish_evaluation
+
+  pure subroutine add_increment(patch, dt)
+    type(solid_patch_t), intent(inout) :: patch
+    real(wp), intent(in) :: dt
 
     patch%time = patch%time + dt
     patch%increment = patch%increment + 1
+  end subroutine add_increment
+
+  pure subroutine sum_reports(reports, report)
+    type(force_report_t), intent(in) :: reports(:)     !! of the tiles
+    type(force_report_t), intent(out) :: report
+    integer :: t
+
     do t = 1, size(reports)
       call merge_reports(report, reports(t))
       report%failed_block = min(report%failed_block, reports(t)%failed_block)
     end do
-  end subroutine finish_evaluation
+  end subroutine sum_reports
 
   !> Internal forces of the blocks of one tile.
   subroutine forces_of_tile(patch, law, tile, dt, x, v, force, border, report)
