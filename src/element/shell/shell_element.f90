@@ -12,17 +12,16 @@ module shell_element
   use nurbs_solid, only: nurbs_solid_t, solid_face
   use nurbs_surface, only: nurbs_surface_t
   use block_law, only: block_law_t
-  use elastic, only: elastic_t
   use basis_tables, only: n_lanes
+  use elastic, only: elastic_t
   use element, only: force_report_t, element_t, jacobian_in_span, describe_grid, describe_outline, &
                      read_layer, add_to_layer
   use lumped_mass, only: new_lumped_mass
-  use solid_patch, only: solid_patch_t, block_t, shell_points_t, row_of_point, lane_of_element, &
-                         place_of_point, block_at, basis_at, find_blocks_here, is_block_here
+  use solid_patch, only: block_t, shell_points_t, row_of_point, lane_of_element, find_blocks_here
   use patch_setup, only: new_tile_buffers
   use solid_element, only: solid_element_t, stiffness_of_blocks
   use solid_forces, only: add_tiles
-  use tile_exchange, only: sum_of_blocks, pass_tiles
+  use tile_exchange, only: pass_tiles
   use row_shares, only: pass_known_rows, gather_rows
   use parcel, only: parcel_t
   use shell_outline, only: mass_inside, carry_over, share_of_leaders
@@ -30,6 +29,7 @@ module shell_element
   use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
                          add_face_forces, rows_around
   use shell_forces, only: forces_of_shell, begin_shell_forces, set_metric, shell_kernel_name
+  use shell_readings, only: find_energy, read_shell, find_resultants
   use shell_stiffness, only: shell_trial_t, begin_shell_trial, run_trial, end_shell_trial
   use solid_stiffness, only: block_trial_t
   use through_thickness, only: through_fields_t, new_through_fields, add_push, take_pushes, &
@@ -421,36 +421,9 @@ contains
     class(shell_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
     real(wp), intent(out) :: energy
-    real(wp) :: energies(self%rule(3)%n, self%patch%together, self%patch%n_blocks)
-    integer :: block, row, layer, n
 
-    n = self%rule(3)%n
-    do block = 1, self%patch%n_blocks
-      if (.not. is_block_here(self%patch, block)) cycle
-      do row = 1, self%patch%together
-        do layer = 1, n
-          associate (points => self%points, t => self%rule(3))
-            energies(layer, row, block) = 0.5_wp*t%weights(layer)*energy_of_lanes( &
-              law%bulk, law%shear, points%volume(:, row, block), points%normal(:, 1, row, block) &
-              + t%points(layer)*points%normal(:, 2, row, block), &
-              self%patch%stress(:, layer + n*(row - 1), :, 1, block))
-          end associate
-        end do
-      end do
-    end do
-    energy = sum_of_blocks(self%patch, n*self%patch%together, energies)
+    call find_energy(self%patch, self%points, self%rule(3), law, energy)
   end subroutine elastic_energy
-
-  pure real(wp) function energy_of_lanes(bulk, shear, volume, normal, s) result(energy)
-    !> `s` is that in the sheet, less `normal`.
-    real(wp), intent(in) :: bulk, shear, volume(n_lanes), normal(n_lanes), s(n_lanes, 3)
-    real(wp) :: mean(n_lanes)
-
-    mean = (s(:, 1) + s(:, 2))*(1.0_wp/3)
-    energy = sum(volume*((mean + normal)**2/(2.0_wp*bulk) &
-                         + (0.5_wp*((s(:, 1) - mean)**2 + (s(:, 2) - mean)**2 + mean**2) &
-                            + s(:, 3)**2)/(2.0_wp*shear)))
-  end function energy_of_lanes
 
   subroutine read_points(self, eqps_state, eqps, stress, state)
     class(shell_element_t), intent(in) :: self
@@ -478,94 +451,17 @@ contains
     class(shell_element_t), intent(in) :: self
     integer, intent(in) :: element(3)
     real(wp), intent(out) :: stress(:, :, :, :), state(:, :, :, :)
-    real(wp) :: t1(3), t2(3)
-    integer :: at(2), place(2), qa, qb, qc
 
-    at = lane_of_element(self%patch, element)
-    do qb = 1, self%rule(2)%n
-      do qa = 1, self%rule(1)%n
-        call frame_at(self, element, [qa, qb], t1, t2)
-        do qc = 1, self%rule(3)%n
-          place = place_of_point(self%patch, [qa, qb, qc])
-          associate (s => self%patch%stress(at(2), place(1), :, place(2), at(1)))
-            stress(:, qa, qb, qc) = s(1)*dyad(t1, t1) + s(2)*dyad(t2, t2) + s(3)*dyad(t1, t2)
-          end associate
-          associate (q => self%points%normal(at(2), :2, qb + self%rule(2)%n*(qa - 1), at(1)))
-            stress(:3, qa, qb, qc) = stress(:3, qa, qb, qc) + q(1) + self%rule(3)%points(qc)*q(2)
-          end associate
-          state(:, qa, qb, qc) = self%patch%state(at(2), place(1), :size(state, 1), place(2), at(1))
-        end do
-      end do
-    end do
+    call read_shell(self%patch, self%points, self%rule, self%grid%weights(:, :, 1), &
+                    self%motion%x(:, :, 1, :), element, stress, state)
   end subroutine read_element
 
-  !> The moments are positive where they stretch face 6; those that are kept, with the curvature,
-  !! are the other way round. The normal stress q + r zeta has a part in both.
   subroutine read_resultants(self, resultants)
     class(shell_element_t), intent(in) :: self
     real(wp), intent(out) :: resultants(:, :, :, :, :)
-    integer :: at(2), row, e1, e2, qa, qb
 
-    do e2 = 1, self%n_elements(2)
-      do e1 = 1, self%n_elements(1)
-        at = lane_of_element(self%patch, [e1, e2, 1])
-        do qb = 1, self%rule(2)%n
-          do qa = 1, self%rule(1)%n
-            row = row_of_point(self%rule%n, [qa, qb, 1])
-            associate (s => self%points%resultant(at(2), :, row, at(1)), &
-                       q => self%points%normal(at(2), :, row, at(1)), &
-                       h => self%points%thickness(at(2), row, at(1)))
-              resultants(:3, qa, qb, e1, e2) = h*[s(1) + s(2) + q(1), s(1) - s(2) + q(1), s(3)]
-              resultants(4:, qa, qb, e1, e2) = -h*[s(4) + s(5), s(4) - s(5), s(6)]
-              resultants(4:5, qa, qb, e1, e2) = resultants(4:5, qa, qb, e1, e2) &
-                                                + q(2)*h**2*(1.0_wp/6)
-            end associate
-          end do
-        end do
-      end do
-    end do
+    call find_resultants(self%patch, self%points, self%rule, resultants)
   end subroutine read_resultants
-
-  !> a b + b a, of one vector once, as 11, 22, 33, 12, 13, 23.
-  pure function dyad(a, b) result(c)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: c(6)
-
-    c = [a*b, 0.5_wp*(a([1, 1, 2])*b([2, 3, 3]) + b([1, 1, 2])*a([2, 3, 3]))]
-    if (any(abs(a - b) > 0.0_wp)) c = 2.0_wp*c
-  end function dyad
-
-  !> Unit vectors of the frame of a point now.
-  pure subroutine frame_at(self, element, point, t1, t2)
-    class(shell_element_t), intent(in) :: self
-    integer, intent(in) :: element(3), point(2)
-    real(wp), intent(out) :: t1(3), t2(3)
-    real(wp) :: h(4, 0:2), x(4), a(3, 2), normal(3)
-    real(wp) :: one(self%grid%axes(1)%degree + 1, 0:2), two(self%grid%axes(2)%degree + 1, 0:2)
-    integer :: i, j, first(2), at(2)
-
-    h = 0.0_wp
-    at = lane_of_element(self%patch, element)
-    associate (block => block_at(self%patch, at(1)), patch => self%patch)
-      call basis_at(patch, block, at(2), row_of_point(self%rule%n, [point, 1]), one, two)
-      first = [patch%lanes%first(at(2), block%b), patch%axes(2)%first(block%e2)] - 1
-    end associate
-    do j = 1, size(two, 1)
-      do i = 1, size(one, 1)
-        x = self%grid%weights(first(1) + i, first(2) + j, 1) &
-            *[self%motion%x(first(1) + i, first(2) + j, 1, :), 1.0_wp]
-        h(:, 0) = h(:, 0) + one(i, 0)*two(j, 0)*x
-        h(:, 1) = h(:, 1) + one(i, 1)*two(j, 0)*x
-        h(:, 2) = h(:, 2) + one(i, 0)*two(j, 1)*x
-      end do
-    end do
-    do i = 1, 2
-      a(:, i) = h(:3, i) - h(4, i)/h(4, 0)*h(:3, 0)
-    end do
-    normal = cross(a(:, 1), a(:, 2))
-    t1 = a(:, 1)/norm2(a(:, 1))
-    t2 = cross(normal, t1)/norm2(normal)
-  end subroutine frame_at
 
   !> Of the layer of an integration point, whose place is off the surface by its share of the
   !! thickness now.
