@@ -53,6 +53,7 @@ module element
     logical :: is_surface = .false.
     !> Forces depend on control points beyond the elements of their own one.
     logical :: is_coupled = .false.
+    integer :: reach = 0                       !! rows on which forces on a face depend, around one
     real(wp), allocatable :: mass(:, :, :)     !! lumped, of the control points
     real(wp), allocatable :: inertia(:, :, :)  !! the same, of all that is joined in a point
     !> Factors on the mass of differences through the thickness, (n1, n2); see `thickness_masses`.
@@ -110,7 +111,7 @@ module element
     procedure :: work_own => keep_all
     procedure :: rows_of_processes => all_rows
     procedure :: pass_shape => nothing_to_pass
-    procedure :: join_rows => no_rows_of_its_own
+    procedure :: join_rows => keep_all
     procedure :: pass_forces => nothing_to_pass
     procedure :: pass_report => nothing_to_report
     procedure :: finish_forces => forces_are_there
@@ -655,21 +656,18 @@ contains
   end subroutine keep_tiles
 
   !> Work all tiles again, as the other processes do: the state of all points must be there. Or go
-  !! on with the own share of them.
+  !! on with the own share of them. Or know what a kind keeps of control points, of all rows, where
+  !! each process has that of its own ones and the motion of all.
   subroutine keep_all(self)
     class(element_t), intent(inout) :: self
   end subroutine keep_all
 
   !> Rows of control points, along axis 2, where processes may move but some of them: the last own
-  !! one of each process, first and last row that its tiles touch, (2, processes), how many numbers
-  !! they report, and how many rows around those that it moves a process must know. Not allocated:
-  !! each moves all.
-  subroutine all_rows(self, last_of, moved_by, n_reported, reach)
+  !! one of each process, first and last row that its tiles touch, (2, processes), and how many
+  !! numbers they report. Not allocated: each moves all.
+  subroutine all_rows(self, last_of, moved_by, n_reported)
     class(element_t), intent(inout) :: self
     integer, allocatable, intent(out) :: last_of(:), moved_by(:, :), n_reported(:)
-    integer, intent(out) :: reach
-
-    reach = 0
   end subroutine all_rows
 
   !> Where processes move but some of the rows, `forces` leaves those of the tiles as they are until
@@ -690,12 +688,6 @@ contains
     logical, intent(in) :: is_sent
     type(parcel_t), intent(inout) :: parcel
   end subroutine nothing_to_report
-
-  !> Where processes move but some of the rows: what a kind keeps of control points, of all rows at
-  !! all processes. The motion is known there.
-  subroutine no_rows_of_its_own(self)
-    class(element_t), intent(inout) :: self
-  end subroutine no_rows_of_its_own
 
   !> Forces and reports of all tiles are there: add them up. Elsewhere that has been done.
   subroutine forces_are_there(self, report)

@@ -81,8 +81,8 @@ contains
     rows%own_last = huge(1)
   end subroutine know_all_rows
 
-  !> The rows of a field that a partner knows and does not move, and that are own ones here, into the
-  !! parcel for it; or those that come from it, out of its own.
+  !> The rows of a field that a partner knows and does not move, and that are own ones here, into
+  !! the parcel for it; or those that come from it, out of its own.
   subroutine pass_known_rows(rows, partner, is_sent, n, field, parcel)
     type(row_shares_t), intent(in) :: rows          !! shared
     integer, intent(in) :: partner                  !! number of the process

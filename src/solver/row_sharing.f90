@@ -26,7 +26,7 @@ contains
     logical, intent(in) :: may_move
     type(contact_view_t), allocatable :: pairs(:)
     integer, allocatable :: last_of(:), moved_by(:, :), n_reported(:), before(:, :)
-    integer :: i, reach
+    integer :: i
 
     associate (element => model%bodies%blank%parts(1)%element)
       if (.not. may_move) then
@@ -39,7 +39,7 @@ contains
       run%shared_at = run%n_steps
       if (allocated(element%motion%rows%last_of)) deallocate (element%motion%rows%last_of)
       if (.not. is_by_rows(model)) return
-      call element%rows_of_processes(last_of, moved_by, n_reported, reach)
+      call element%rows_of_processes(last_of, moved_by, n_reported)
       if (.not. allocated(last_of)) return
       pairs = contact_pairs(model%forces)
       do i = 1, size(pairs)
@@ -52,7 +52,7 @@ contains
         end do
         if (all(moved_by == before)) exit
       end do
-      call share_rows(element%motion%rows, model%ranks, last_of, moved_by, reach)
+      call share_rows(element%motion%rows, model%ranks, last_of, moved_by, element%reach)
       element%motion%rows%n_reported = n_reported
     end associate
   end subroutine share_own_rows

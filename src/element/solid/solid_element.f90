@@ -51,7 +51,6 @@ module solid_element
     logical :: has_own_points = .true.           !! a block needs nothing but its own points
     logical :: is_divisible = .true.             !! nor does a tile, and forces add up
     logical :: is_by_rows = .true.               !! nor do forces need all rows of control points
-    integer :: reach = 0                         !! but these to either side of those that move here
     real(wp), allocatable :: volumes(:, :, :, :)   !! of the points at the start, when asked for
     real(wp) :: density = 0.0_wp                   !! of the law, without what scaling has added
     !> Share of an element's area inside an outline from which on its control points move for
@@ -285,12 +284,10 @@ contains
                       self%motion%internal_force, self%reports)
   end subroutine forces
 
-  subroutine rows_of_processes(self, last_of, moved_by, n_reported, reach)
+  subroutine rows_of_processes(self, last_of, moved_by, n_reported)
     class(solid_element_t), intent(inout) :: self
     integer, allocatable, intent(out) :: last_of(:), moved_by(:, :), n_reported(:)
-    integer, intent(out) :: reach
 
-    reach = self%reach
     if (.not. self%is_by_rows) return
     call find_rows(self%patch, last_of, moved_by, n_reported)
     if (.not. allocated(self%reports)) allocate (self%reports(size(self%buffers)))

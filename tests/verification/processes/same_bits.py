@@ -56,6 +56,8 @@ SCENES = {
     "CAD tools": ("input/cad_rail.key", ["size=12", "depth=3", "frames=2"], RUBBING),
     "draw bending": ("input/u_bend.key", ["stroke=3"], RUBBING),
 }
+# Whose control points each process moves by rows.
+BY_ROWS = ["channel", "shell channel", "box", "shell box", "late pair", "late pair of a shell"]
 # A user's law, in enough elements for the blocks of a VUMAT to lie in several tiles.
 STRIP = """*MATERIAL, NAME=steel
 *DENSITY
@@ -106,6 +108,9 @@ def check(folder, name):
         for threads in (1, 2):
             igaform_mpi(count, folder, *words, "--threads", threads, "--out", "shared.h5")
             check_same(folder / "shared.h5", reference)
+            rows = [line for line in (folder / "shared.log").read_text().splitlines()
+                    if line.startswith("rows ")]
+            assert count == 1 or (name in BY_ROWS) == (" of " in rows[-1]), (name, rows)
     print(f"{name}: {len(reference)} datasets have the same bits", flush=True)
 
 

@@ -17,6 +17,9 @@ from mpi import begin_mpi, igaform_mpi
 STABILITY = PROJECT / "input" / "stability"
 SLIDER = PROJECT / "tests" / "verification" / "contact" / "slider.key"
 PARAMETERS = ["--set", "friction=0.1", "--set", "time=3e-3"]
+SHELL_BOX = [PROJECT / "input" / "square_box.key", *(word for one in (
+    "depth=1.5", "elements=20", "frames=2", "element=SHELL", "mass_factor=1", "rule=SHEET")
+    for word in ("--set", one))]
 
 
 def slider(folder, saving="*CHECKPOINT, STEPS=300\n"):
@@ -33,12 +36,19 @@ def whole(folder):
     return datasets(folder / "whole.h5")
 
 
-def by_rows(path):
-    """The block of `ringing` with enough elements across for each process to move its own rows."""
+def by_rows(path, is_shell=False):
+    """The block of `ringing` with enough elements across for each process to move its own rows, or
+    a thin plate."""
     text = path.read_text()
-    assert "y, 0, 10, 2, 1\n" in text
-    wide = path.with_name("wide.key")
-    wide.write_text(text.replace("y, 0, 10, 2, 1\n", "y, 0, 10, 2, 16\n"))
+    changes = {"y, 0, 10, 2, 1\n": "y, 0, 10, 2, 16\n"}
+    if is_shell:
+        changes |= {"TYPE=BOX\n": "TYPE=BOX, ELEMENT=SHELL\n",
+                    "z, 0, 10, 2, 1\n": "z, 0, 1, 1, 1\n"}
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    wide = path.with_name(f"{'plate' if is_shell else 'wide'}_{path.name}")
+    wide.write_text(text)
     return wide
 
 
@@ -106,17 +116,20 @@ def any_number_continues(folder):
 
 
 def rows_are_taken_up_by_any_number(folder):
-    """The wide block on a floor, of which each process moves its own rows, which change hands."""
-    path = by_rows(ringing(folder, "*CHECKPOINT, STEPS=100\n" + FLOOR, "2e-4", safety=0.9))
-    igaform(folder, path, "--out", "whole.h5", "--threads", 1)
-    reference = datasets(folder / "whole.h5")
-    igaform_mpi(3, folder, path, "--out", "a.h5", "--threads", 1)
-    assert "rows of control points each process moves" in (folder / "a.log").read_text()
-    check_same(folder / "a.h5", reference)
-    for before, after in ((3, 2), (2, 4)):
-        igaform_mpi(before, folder, path, "--wall", "1e-3", "--out", "a.h5", "--threads", 1, code=3)
-        igaform_mpi(after, folder, path, "--restart", "a.ckpt.h5", "--threads", 1)
+    """The wide block on a floor, and a shell between tools: each process moves its own rows, which
+    change hands."""
+    floor = ringing(folder, "*CHECKPOINT, STEPS=100\n" + FLOOR, "2e-4", safety=0.9)
+    for words in ([by_rows(floor)], SHELL_BOX):
+        words = [*words, "--threads", 1]
+        igaform(folder, *words, "--out", "whole.h5")
+        reference = datasets(folder / "whole.h5")
+        igaform_mpi(3, folder, *words, "--out", "a.h5")
+        assert "rows of control points each process moves" in (folder / "a.log").read_text()
         check_same(folder / "a.h5", reference)
+        for before, after in ((3, 2), (2, 4)):
+            igaform_mpi(before, folder, *words, "--wall", "1e-3", "--out", "a.h5", code=3)
+            igaform_mpi(after, folder, *words, "--restart", "a.ckpt.h5")
+            check_same(folder / "a.h5", reference)
 
 
 def mpirun_hands_signals_on(folder):
@@ -181,9 +194,9 @@ def failures_are_reported_once(folder):
     """In the words of igaform, whichever process works the element: an inverted one, a law that
     fails, a tool that is too deep, a lost balance of energy."""
     floor = ringing(folder, FLOOR, "1e-5", safety=0.8, motion=TOO_FAST).rename(folder / "floor.key")
-    wide = by_rows(floor).rename(folder / "wide_floor.key")
-    for words in ([CRUSH, *HARD, "--set", "n_x=12"], user_deck(folder), [floor], [wide],
-                  [by_rows(ringing(folder, ""))], [ringing(folder, "")]):
+    lost = ringing(folder, "")
+    for words in ([CRUSH, *HARD, "--set", "n_x=12"], user_deck(folder), [floor], [by_rows(floor)],
+                  [by_rows(floor, is_shell=True)], [by_rows(lost)], [lost]):
         told = igaform(folder, *words, "--out", "a.h5", code=2).strip()
         reference = datasets(folder / "a.h5")
         for count in (2, 3):
@@ -193,8 +206,11 @@ def failures_are_reported_once(folder):
 
 
 def a_retry_begins_at_the_same_state(folder):
-    path = ringing(folder, "*CHECKPOINT, STEPS=10, RETRY=0.5", "2e-4")
-    for deck in (path, by_rows(path)):
+    saving = "*CHECKPOINT, STEPS=10, RETRY=0.5\n"
+    # A plate needs a time step that is too long by more.
+    plate = by_rows(ringing(folder, saving + FLOOR, "2e-4", safety=1.15), is_shell=True)
+    path = ringing(folder, saving, "2e-4")
+    for deck in (path, by_rows(path), plate.rename(folder / "plate.key")):
         igaform(folder, deck, "--out", "b.h5", "--threads", 1)
         reference, tried = datasets(folder / "b.h5"), tried_from(folder)
         for count in (2, 3):
