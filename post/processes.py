@@ -62,8 +62,9 @@ class Facts:
                   "points: with what it simulates each process moves all, see docs/running.md")
         self.kilobytes = float(self.find(text, path, r"^exchange +up to (\S+) kB", "an exchange"))
         table = text[text.index("\neffect  "):]
-        rows = {name.strip(): float(seconds) for name, seconds
-                in re.findall(r"^(.{1,38}?) +(\d+\.\d+) +\d+\.\d+ *\d*$", table, re.MULTILINE)}
+        found = re.findall(r"^(.{1,38}?) +(\d+\.\d+) +\d+\.\d+ *(\d*)$", table, re.MULTILINE)
+        rows = {name.strip(): float(seconds) for name, seconds, _ in found}
+        calls = {name.strip(): int(number or 0) for name, _, number in found}
         elements, steps = self.find(table, path, r"^(\d+) elements, (\d+) steps", "its end")
         self.elements, self.steps = int(elements), int(steps)
         total = rows.pop("all steps")
@@ -71,6 +72,8 @@ class Facts:
         self.serial = sum(rows.pop(name, 0.0) for name in SERIAL)/self.steps
         self.shared = total/self.steps - self.exchange - self.serial
         self.has_supports = any(name.startswith("boundary") for name in rows)
+        # One for the forces, and one before for the shape of shells that tools touch.
+        self.passes = max(1, round(calls.get("exchange", 0)/self.steps) - self.has_supports)
 
     @staticmethod
     def find(text, path, pattern, what):
@@ -80,10 +83,10 @@ class Facts:
         return found[-1]
 
     def passing(self, count, latency, rate, size=1.0):
-        """Seconds of an increment that messages are under way. Neighbours exchange once; all
-        gather what tiles report, and the forces of supports, in log2 of their number of messages.
-        What passes goes with the edge of a sheet; two processes have one neighbour, more have
-        two."""
+        """Seconds of an increment that messages are under way. Neighbours exchange once, of shells
+        in contact twice; all gather what tiles report, and the forces of supports, in log2 of
+        their number of messages. What passes goes with the edge of a sheet; two processes have one
+        neighbour, more have two."""
         if count == 1:
             return 0.0
         steps = math.ceil(math.log2(count) - 1e-9)
@@ -92,7 +95,7 @@ class Facts:
             kilobytes *= 2
         if self.count > 2 and count == 2:
             kilobytes /= 2
-        return (1 + (1 + self.has_supports)*steps)*latency + 1e3*kilobytes/rate
+        return (self.passes + (1 + self.has_supports)*steps)*latency + 1e3*kilobytes/rate
 
     def seconds(self, count, latency, rate, size=1.0):
         """Seconds of an increment. Output and decisions are of one process; packing and adding

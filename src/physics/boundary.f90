@@ -15,7 +15,7 @@ module boundary
   private
 
   public :: any_moving, way_of_supports, prescribed_components, move_supports, take_reactions, &
-            leave_cut_points, is_there, sum_supports
+            leave_cut_points, is_there, any_prescribed, sum_supports
 
   !> One component of a list of control points with a common velocity. Applied to the velocities
   !! of the half step, so the control points follow the curve exactly; the reaction is what the
@@ -268,6 +268,20 @@ contains
     self%force(self%component) = total
     self%moved = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)*instant%dt
   end subroutine sum_up
+
+  !> Does a support prescribe anything? Others have no reactions.
+  pure logical function any_prescribed(supports)
+    type(effect_slot_t), intent(in) :: supports(:)
+    integer :: i
+
+    any_prescribed = .false.
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (boundary_t)
+        any_prescribed = .true.
+      end select
+    end do
+  end function any_prescribed
 
   !> Where processes move but some of the rows: the reactions of all supports, which have acted.
   subroutine sum_supports(supports, rows, instant, traffic)

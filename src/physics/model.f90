@@ -12,7 +12,7 @@ module model
   use body_parts, only: share_external_forces
   use effect, only: effect_t, effect_slot_t, instant_t, add_effect, apply_effects, sort_effects, &
                     is_from_outside
-  use row_exchange, only: exchange_shape, exchange_rows
+  use row_exchange, only: needs_shape, exchange_shape, exchange_rows
   implicit none
   private
 
@@ -79,7 +79,7 @@ contains
     type(model_t), intent(inout) :: model
     type(instant_t), intent(in) :: instant
     integer :: t, n
-    logical :: is_by_rows
+    logical :: is_by_rows, is_shaped
 
     is_by_rows = model%bodies%blank%parts(1)%element%motion%rows%is_shared
     if (size(model%forces) == 0 .and. .not. is_by_rows) return
@@ -87,9 +87,11 @@ contains
       model%bodies%tools(t)%force = 0.0_wp
       model%bodies%tools(t)%torque = 0.0_wp
     end do
-    if (is_by_rows) then
+    is_shaped = is_by_rows
+    if (is_shaped) is_shaped = needs_shape(model%forces)
+    if (is_shaped) then
       call start_watch(model%timer, model%watch_exchange)
-      call exchange_shape(model%bodies, model%forces)
+      call exchange_shape(model%bodies)
       call stop_watch(model%timer, model%watch_exchange)
     end if
     n = count([(is_from_outside(model%forces(t)%item), t=1, size(model%forces))])

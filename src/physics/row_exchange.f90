@@ -14,7 +14,7 @@ module row_exchange
   implicit none
   private
 
-  public :: exchange_shape, exchange_rows
+  public :: needs_shape, exchange_shape, exchange_rows
 
   !> What the bands of tiles of a contact pair found.
   type :: bands_t
@@ -23,17 +23,22 @@ module row_exchange
 
 contains
 
-  !> The shape of faces that contact is to press, if any are not layers of control points. All
-  !! processes call it.
-  subroutine exchange_shape(bodies, forces)
-    type(assembly_t), intent(inout) :: bodies
-    type(effect_slot_t), intent(inout), target :: forces(:)
+  !> Does contact press faces that are not layers of control points?
+  logical function needs_shape(forces)
+    type(effect_slot_t), intent(in), target :: forces(:)
     type(contact_view_t), allocatable :: pairs(:)
     integer :: k
 
     pairs = contact_pairs(forces)
-    if (any([(allocated(pairs(k)%pair%net), k=1, size(pairs))])) &
-      call pass_parcels(bodies%blank, pairs, is_shape=.true.)
+    needs_shape = any([(allocated(pairs(k)%pair%net), k=1, size(pairs))])
+  end function needs_shape
+
+  !> The shape of such faces, before contact presses them. All processes call it.
+  subroutine exchange_shape(bodies)
+    type(assembly_t), intent(inout) :: bodies
+    type(contact_view_t) :: no_pairs(0)
+
+    call pass_parcels(bodies%blank, no_pairs, is_shape=.true.)
   end subroutine exchange_shape
 
   !> Complete the forces of elements and contact pairs, and what they report. All processes call it.

@@ -6,7 +6,7 @@ module central_difference
   use kinds, only: wp
   use timer, only: start_watch, stop_watch
   use effect, only: apply_effects
-  use boundary, only: sum_supports
+  use boundary, only: any_prescribed, sum_supports
   use body_parts, only: has_edges, lead_edges
   use model, only: model_t
   use row_shares, only: row_shares_t
@@ -107,6 +107,7 @@ contains
     logical, intent(in) :: is_balanced    !! a balance needs the velocities before as well
     logical, intent(in) :: is_through     !! control points move at once: nothing is due between
     integer :: i
+    logical :: is_summed
 
     call start_watch(model%timer, run%watch_motion)
     do i = 1, size(model%bodies%blank%parts)
@@ -122,7 +123,9 @@ contains
     call stop_watch(model%timer, run%watch_motion)
     call apply_effects(model%supports, model%timer, model%bodies, run%instant)
     associate (rows => model%bodies%blank%parts(1)%element%motion%rows)
-      if (rows%is_shared .and. size(model%supports) > 0) then
+      is_summed = rows%is_shared
+      if (is_summed) is_summed = any_prescribed(model%supports)
+      if (is_summed) then
         call start_watch(model%timer, model%watch_exchange)
         call sum_supports(model%supports, rows, run%instant, model%bodies%blank%traffic)
         call stop_watch(model%timer, model%watch_exchange)

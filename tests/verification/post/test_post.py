@@ -62,7 +62,7 @@ exchange   up to 40 kB received by a process in each increment, 1 to 2 s of 10 s
 effect                                seconds   share %         calls
 blank                                   6.000      60.0           100
 boundary X_MIN                          1.000      10.0           100
-exchange                                1.000      10.0           100
+exchange                                1.000      10.0           201
 output                                  1.500      15.0            10
 other                                   0.500       5.0
 all steps                              10.000     100.0           100
@@ -86,6 +86,8 @@ all steps                              10.000     100.0           100
         facts = self.facts(self.LOG)
         self.assertAlmostEqual(3e-3, facts.passing(2, 1e-3, 1e99))
         self.assertAlmostEqual(13e-3, facts.passing(64, 1e-3, 1e99))
+        shell = self.facts(self.LOG.replace(" 201\n", " 302\n"))
+        self.assertAlmostEqual(14e-3, shell.passing(64, 1e-3, 1e99))
         self.assertAlmostEqual(40e-3, facts.passing(2, 0.0, 1e6))
         self.assertAlmostEqual(80e-3, facts.passing(3, 0.0, 1e6))
         self.assertAlmostEqual(400e-3, facts.passing(2, 0.0, 1e6, size=100.0))
