@@ -18,6 +18,7 @@ module command_line
     logical :: is_any_build = .false.      !! which another build of the program may have written
     real(wp) :: wall_minutes = 0.0_wp      !! of --wall; 0: no limit
     integer :: n_threads = 0               !! 0: as many as OpenMP gives
+    integer :: n_to_rebalance = 0          !! increments of --rebalance; 0: as the program sees fit
     type(string_t), allocatable :: overrides(:)   !! name=value of --set
     type(string_t), allocatable :: user_files(:)  !! of --user: sources or libraries
     logical :: is_material = .false.       !! tests of one material point instead of a forming run
@@ -95,6 +96,8 @@ contains
            //"  --restart FILE     continue from a checkpoint NAME.ckpt.h5 of this deck"//feed &
            //"  --restart-any-build  also if another build of igaform wrote it"//feed &
            //"  --wall MINUTES     save the state and stop after so long"//feed &
+           //"  --rebalance N      igaform-mpi: share the work anew every N increments, where"//feed &
+           //"                     it is uneven (default: after 64, 128, 256 ...)"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
            //"  --trial-run        with --check: a quick run with fewer elements, and what"//feed &
            //"                     mass scaling its energies allow"//feed &
@@ -167,7 +170,7 @@ contains
     case ("--keywords")
       command%wants_keywords = .true.
     case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only", &
-          "--restart", "--wall")
+          "--restart", "--wall", "--rebalance")
       if (i == size(arguments)) then
         command%reason = "option "//word//" needs a value"
         return
@@ -201,7 +204,7 @@ contains
     character(:), allocatable :: reason
 
     select case (word)
-    case ("--out", "--set", "--user", "--no-skip", "--awake", "--restart-any-build")
+    case ("--out", "--set", "--user", "--no-skip", "--awake", "--restart-any-build", "--rebalance")
       reason = "give it in the lines of the list, after the decks"
     case ("--restart")
       reason = "a batch continues from its checkpoints by itself; for another one give it in "// &
@@ -236,6 +239,8 @@ contains
         "option --wall needs minutes above 0, not '"//value//"'"
     case ("--threads")
       call take_count(word, value, command%n_threads, command%reason)
+    case ("--rebalance")
+      call take_count(word, value, command%n_to_rebalance, command%reason)
     case ("--modes")
       call take_count(word, value, command%n_modes, command%reason)
     case ("--jobs")
@@ -266,7 +271,7 @@ contains
     type(string_t), allocatable :: options(:)
 
     options = strings([character(19) :: "--out", "--threads", "--set", "--user", "--check", &
-                       "--restart", "--restart-any-build", "--wall", &
+                       "--restart", "--restart-any-build", "--wall", "--rebalance", &
                        "--modes", "--start", "--trial-run", "--no-skip", "--return-study", &
                        "--jobs", "--only", "--summary", "--quiet", "--keywords", &
                        "--version", "--help"])

@@ -269,6 +269,7 @@ contains
       code = merge(exit_files, exit_input, run%is_file_lost)
       return
     end if
+    run%share_every = command%n_to_rebalance
     if (is_first(model%ranks)) then
       call open_log(log, log_file, command%is_quiet, error, is_going_on=run%is_resumed)
     else

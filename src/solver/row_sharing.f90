@@ -36,6 +36,7 @@ contains
       ! Soon at first, and not too often where no shares are even.
       run%look_at_shares = run%n_steps &
                            + max(int(first_look, int64), run%n_steps - run%shared_at)
+      if (run%share_every > 0) run%look_at_shares = run%n_steps + run%share_every
       run%shared_at = run%n_steps
       if (allocated(element%motion%rows%last_of)) deallocate (element%motion%rows%last_of)
       if (.not. is_by_rows(model)) return
@@ -129,22 +130,30 @@ contains
     end do
   end function costs_of_rows
 
-  !> Look whether rows may change hands: at the end of a step of the deck, and where the processes
-  !! have uneven shares of the work, after ever more increments. All processes call it.
+  !> Look whether work may change hands: at the end of a step of the deck, and where the processes
+  !! have uneven shares of it, after ever more increments if each moves but some rows, or on request.
+  !! All processes call it.
   subroutine look_at_shares(model, run, is_end, may_move)
     type(model_t), intent(in), target :: model
     type(run_t), intent(inout) :: run
     logical, intent(in) :: is_end
     logical, intent(out) :: may_move
-    real(wp), allocatable :: works(:)
+    real(wp), allocatable :: works(:), costs(:)
     real(wp) :: own(1)
+    integer :: p
 
     may_move = is_end
     if (may_move .or. .not. allocated(model%ranks) .or. model%step%is_static) return
-    associate (element => model%bodies%blank%parts(1)%element)
-      if (.not. element%motion%rows%is_shared .or. run%n_steps < run%look_at_shares) return
+    if (run%n_steps < run%look_at_shares) return
+    associate (parts => model%bodies%blank%parts)
+      if (.not. (parts(1)%element%motion%rows%is_shared .or. run%share_every > 0)) return
       run%look_at_shares = run%shared_at + 2*(run%look_at_shares - run%shared_at)
-      own = sum(element%tile_costs(costs_of_rows(model)))
+      if (run%share_every > 0) run%look_at_shares = run%n_steps + run%share_every
+      costs = costs_of_rows(model)
+      own = 0.0_wp
+      do p = 1, size(parts)
+        own = own + sum(parts(p)%element%tile_costs(costs(:merge(size(costs), 0, p == 1))))
+      end do
     end associate
     allocate (works(model%ranks%n))
     call model%ranks%gather(spread(1, 1, model%ranks%n), own, works, .true.)

@@ -60,6 +60,7 @@ module run_state
     type(field_t), allocatable :: origin(:)    !! control points when it began, by patch
     integer(int64) :: shared_at = 0            !! step at which processes shared the work last
     integer(int64) :: look_at_shares = 0       !! step at which they look whether it is even
+    integer :: share_every = 0                 !! increments between these, on request; 0: ever more
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
     type(history_sample_t) :: sample
