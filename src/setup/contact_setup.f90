@@ -29,7 +29,6 @@ module contact_setup
   private
 
   public :: add_contact
-  public :: check_radii
 
   character(8), parameter :: face_names(6) = ["XI_MIN  ", "XI_MAX  ", "ETA_MIN ", "ETA_MAX ", &
                                               "ZETA_MIN", "ZETA_MAX"]
@@ -85,7 +84,7 @@ contains
     before = n_errors(errors)
     if (spec%last_step >= spec%first_step) call check_radii(model%bodies%blank, face, &
       findloc(face_axes(face), scene%reduction%axis, dim=1), model%bodies%tools(spec%tool), &
-      scene%tools(spec%tool)%origin, errors)
+      scene%tools(spec%tool)%origin, scene%blank%is_shell, errors)
     do p = 1, size(scene%blank%patches)
       if (scene%blank%patches(p)%is_joined(face)) cycle
       call add_patch_contact(pair, scene%blank, p, face, scene%reduction%axis, model, errors)
@@ -271,12 +270,13 @@ contains
   !> Warn where a tool bends towards the sheet with a radius that is shorter than three of the
   !! elements nearest to it, measured along the bend. Bends that look away from the sheet do not
   !! count.
-  subroutine check_radii(blank, face, across, tool, origin, errors)
+  subroutine check_radii(blank, face, across, tool, origin, is_shell, errors)
     type(blank_t), intent(in) :: blank
     integer, intent(in) :: face            !! of the blank against the tool
     integer, intent(in) :: across          !! direction along which a strip does not change, 0: none
     type(tool_t), intent(in) :: tool
     type(origin_t), intent(in) :: origin   !! of the warning
+    logical, intent(in) :: is_shell        !! of the elements
     type(error_list_t), intent(inout) :: errors
     type(span_t), allocatable :: elements(:)
     type(bend_t), allocatable :: bends(:)
@@ -308,6 +308,8 @@ contains
     expected = "a radius of three elements: between contact points an edge goes unseen"
     if (worst%radius > 0.0_wp) expected = "elements of at most "// &
       rounded_text(worst%radius/elements_on_radius)//" there, a third of the radius"
+    if (worst%radius > 0.0_wp .and. is_shell) &
+      expected = expected//"; longer shells take too much force to bend over it"
     found = "a sharp edge"
     if (worst%radius > 0.0_wp) found = "the radius "//rounded_text(worst%radius)
     call add_warning(errors, origin, "tool '"//tool%name//"' with "//found//" at "// &
