@@ -131,8 +131,8 @@ contains
   end function costs_of_rows
 
   !> Look whether work may change hands: at the end of a step of the deck, and where the processes
-  !! have uneven shares of it, after ever more increments if each moves but some rows, or on request.
-  !! All processes call it.
+  !! have uneven shares of it: on request, or after ever more increments where each moves but some
+  !! rows. All processes call it.
   subroutine look_at_shares(model, run, is_end, may_move)
     type(model_t), intent(in), target :: model
     type(run_t), intent(inout) :: run
