@@ -6,8 +6,7 @@ module boundary
   use motion_curve, only: curve_value, curve_integral, start_curve
   use knot_vector, only: span_table
   use element, only: element_t, part_t
-  use ranks, only: traffic_t
-  use row_shares, only: row_shares_t, gather_row_values
+  use row_shares, only: gather_row_values
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
   use row_tie, only: row_tie_t, leave_cut_groups
@@ -15,7 +14,7 @@ module boundary
   private
 
   public :: any_moving, way_of_supports, prescribed_components, move_supports, take_reactions, &
-            leave_cut_points, is_there, any_prescribed, sum_supports
+            leave_cut_points, is_there
 
   !> One component of a list of control points with a common velocity. Applied to the velocities
   !! of the half step, so the control points follow the curve exactly; the reaction is what the
@@ -30,14 +29,12 @@ module boundary
     real(wp) :: velocity = 0.0_wp               !! times the curve
     real(wp) :: moved = 0.0_wp                  !! displacement of the last step
     logical :: is_catching = .false.            !! it takes hold of points that move
-    !> Momentum that the points lacked at the last call, by row of control points along axis 2, of
-    !! all patches together.
-    real(wp), allocatable :: lacks(:)
   contains
     procedure :: apply
     procedure :: carry => carry_boundary
     procedure :: start
     procedure :: stop
+    procedure :: sum_rows
     procedure :: is_by_rows
   end type boundary_t
 
@@ -231,7 +228,8 @@ contains
     is_by_rows = .true.
   end function is_by_rows
 
-  !> Replace the velocities and record the total reaction and its work.
+  !> Replace the velocities and record the total reaction and its work: by row the momentum that the
+  !! points lacked.
   subroutine apply(self, bodies, instant)
     class(boundary_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
@@ -241,82 +239,45 @@ contains
 
     if (self%is_catching) call count_catch(self, bodies, instant)
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
-    if (.not. allocated(self%lacks)) self%lacks = no_values(self, bodies%blank%parts)
-    self%lacks = 0.0_wp
+    if (.not. allocated(self%by_row)) self%by_row = no_values(self, bodies%blank%parts)
+    self%by_row = 0.0_wp
     p = 1
     do while (p <= size(self%points, 2))
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
                  c => self%component, body => bodies%blank%parts(self%part(p))%element)
         n = row_length(self, p, size(body%mass, 1))
         if (j >= body%motion%rows%first .and. j <= body%motion%rows%last) &
-          call hold_row(n, velocity, body%mass(i, j, k), body%motion%v(i, j, k, c), self%lacks(j))
+          call hold_row(n, velocity, body%mass(i, j, k), body%motion%v(i, j, k, c), &
+                        self%by_row(1, j))
       end associate
       p = p + n
     end do
-    if (.not. bodies%blank%parts(1)%element%motion%rows%is_shared) call sum_up(self, instant)
+    if (.not. bodies%blank%parts(1)%element%motion%rows%is_shared) call self%sum_rows(instant)
   end subroutine apply
 
   !> The reaction and its work, when the momentum of all rows is there.
-  pure subroutine sum_up(self, instant)
-    type(boundary_t), intent(inout) :: self
+  pure subroutine sum_rows(self, instant)
+    class(boundary_t), intent(inout) :: self
     type(instant_t), intent(in) :: instant
     real(wp) :: total
 
-    total = sum(self%lacks)/instant%dt_mean
+    total = sum(self%by_row(1, :))/instant%dt_mean
     self%external_work = self%external_work &
                          + 0.5_wp*(self%force(self%component) + total)*self%moved
     self%force(self%component) = total
     self%moved = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)*instant%dt
-  end subroutine sum_up
-
-  !> Does a support prescribe anything? Others have no reactions.
-  pure logical function any_prescribed(supports)
-    type(effect_slot_t), intent(in) :: supports(:)
-    integer :: i
-
-    any_prescribed = .false.
-    do i = 1, size(supports)
-      select type (item => supports(i)%item)
-      type is (boundary_t)
-        any_prescribed = .true.
-      end select
-    end do
-  end function any_prescribed
-
-  !> Where processes move but some of the rows: the reactions of all supports, which have acted.
-  subroutine sum_supports(supports, rows, instant, traffic)
-    type(effect_slot_t), intent(inout) :: supports(:)
-    type(row_shares_t), intent(in) :: rows
-    type(instant_t), intent(in) :: instant
-    type(traffic_t), intent(inout) :: traffic
-    real(wp), allocatable :: values(:, :)
-    integer :: i, stage
-
-    allocate (values(size(supports), rows%last_of(size(rows%last_of))), source=0.0_wp)
-    do stage = 1, 2
-      do i = 1, size(supports)
-        select type (item => supports(i)%item)
-        type is (boundary_t)
-          if (stage == 1) values(i, :) = item%lacks
-          if (stage == 1) cycle
-          item%lacks = values(i, :)
-          call sum_up(item, instant)
-        end select
-      end do
-      if (stage == 1) call gather_row_values(rows, values, traffic)
-    end do
-  end subroutine sum_supports
+  end subroutine sum_rows
 
   !> A zero for each row of control points along axis 2 that points lie in, of all patches together.
   pure function no_values(self, parts) result(values)
     class(boundary_t), intent(in) :: self
     type(part_t), intent(in) :: parts(:)
-    real(wp), allocatable :: values(:)
+    real(wp), allocatable :: values(:, :)
     integer :: n
 
     n = size(parts(1)%element%mass, 2)
     if (size(self%points, 2) > 0) n = max(n, maxval(self%points(2, :)))
-    allocate (values(n), source=0.0_wp)
+    allocate (values(1, n), source=0.0_wp)
   end function no_values
 
   !> How many points from point `p` of the list on follow each other in the arrays: all to the end
@@ -364,7 +325,7 @@ contains
     type(assembly_t), intent(in) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp) :: velocity, before, dt_before
-    real(wp), allocatable :: works(:), all_works(:, :)
+    real(wp), allocatable :: works(:, :)
     integer :: p
 
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
@@ -376,19 +337,15 @@ contains
         associate (motion => body%motion)
           before = motion%v(i, j, k, c) - instant%dt_mean/body%inertia(i, j, k) &
                    *(motion%external_force(i, j, k, c) - motion%internal_force(i, j, k, c))
-          works(j) = works(j) + 0.5_wp*before*dt_before/instant%dt_mean &
-                                *body%mass(i, j, k)*(velocity - motion%v(i, j, k, c))
+          works(1, j) = works(1, j) + 0.5_wp*before*dt_before/instant%dt_mean &
+                                      *body%mass(i, j, k)*(velocity - motion%v(i, j, k, c))
         end associate
       end associate
     end do
     associate (rows => bodies%blank%parts(1)%element%motion%rows)
-      if (rows%is_shared) then
-        all_works = reshape(works, [1, size(works)])
-        call gather_row_values(rows, all_works)
-        works = all_works(1, :)
-      end if
+      if (rows%is_shared) call gather_row_values(rows, works)
     end associate
-    self%external_work = self%external_work + sum(works)
+    self%external_work = self%external_work + sum(works(1, :))
     self%is_catching = .false.
   end subroutine count_catch
 

@@ -7,6 +7,7 @@ module damping
   use thickness_masses, only: column_directions, shrink_differences, column_differences
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
+  use row_shares, only: gather_rows
   use effect, only: effect_t, instant_t, previous_increment, effect_slot_t
   use vibration, only: fixed_t
   use residual_decay, only: decay_t, note_residuals
@@ -25,6 +26,9 @@ module damping
   contains
     procedure :: apply
     procedure :: carry => carry_damping
+    procedure :: sum_rows
+    procedure :: is_by_rows => takes_some_rows
+    procedure :: join_rows
     procedure, nopass :: rank => rank_of_damping
   end type damping_t
 
@@ -56,6 +60,7 @@ module damping
   contains
     procedure :: apply => relax
     procedure :: carry => carry_relaxation
+    procedure :: is_by_rows => needs_all_rows
     procedure :: start
   end type relaxation_t
 
@@ -77,7 +82,8 @@ contains
   !> Damp the velocities that the forces alone have led to: v becomes
   !! (v - c v_before)/(1 + c) with c = alpha dt_mean/2, T. Belytschko et al., Nonlinear Finite
   !! Elements, 2nd ed., Wiley 2014, sec. 6.2.1. With c = 1 the motion starts anew from rest here.
-  !! The work is that of the forces now and a step before on the way in between.
+  !! The work is that of the forces now and a step before on the way in between. By row the forces
+  !! and their work.
   subroutine damp(self, bodies, instant, alpha)
     class(damping_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
@@ -85,32 +91,76 @@ contains
     real(wp), intent(in) :: alpha        !! [1/time]
     real(wp), allocatable :: v_before(:, :, :, :), change(:, :, :, :)
     real(wp) :: dt_before, share
-    integer :: c, p
+    integer :: c, p, j
 
     dt_before = previous_increment(instant)
     share = 0.5_wp*alpha*instant%dt_mean
-    self%force = 0.0_wp
+    if (.not. allocated(self%by_row)) allocate (self%by_row(4, maxval( &
+      [(size(bodies%blank%parts(p)%element%mass, 2), p=1, size(bodies%blank%parts))])))
+    self%by_row = 0.0_wp
     do p = 1, size(bodies%blank%parts)
-      associate (body => bodies%blank%parts(p)%element, &
+      associate (body => bodies%blank%parts(p)%element, before => self%before(p)%values, &
                  motion => bodies%blank%parts(p)%element%motion)
-        v_before = velocities_before(body, instant)
-        change = -(motion%v + v_before)*(share/(1.0_wp + share))
-        motion%v = motion%v + change
-        if (allocated(body%column_factor)) then
-          ! The scaled mass takes up the change.
-          call shrink_differences(body%inertia, column_directions(motion%x), &
-                                  1.0_wp/body%column_factor, change)
-        end if
-        do c = 1, 3
-          change(:, :, :, c) = change(:, :, :, c)*body%mass/instant%dt_mean
-          self%force(c) = self%force(c) + sum(change(:, :, :, c))
-        end do
+        associate (first => max(1, motion%rows%first), &
+                   last => min(size(body%mass, 2), motion%rows%last))
+          v_before = velocities_before(body, instant, first, last)
+          change = -(motion%v(:, first:last, :, :) + v_before)*(share/(1.0_wp + share))
+          motion%v(:, first:last, :, :) = motion%v(:, first:last, :, :) + change
+          if (allocated(body%column_factor)) then
+            ! The scaled mass takes up the change.
+            call shrink_differences(body%inertia(:, first:last, :), &
+                                    column_directions(motion%x(:, first:last, :, :)), &
+                                    1.0_wp/body%column_factor(:, first:last), change)
+          end if
+          do c = 1, 3
+            change(:, :, :, c) = change(:, :, :, c)*body%mass(:, first:last, :)/instant%dt_mean
+          end do
+          do j = first, last
+            associate (now => change(:, j - first + 1, :, :), v => v_before(:, j - first + 1, :, :))
+              self%by_row(:, j) = self%by_row(:, j) + [(sum(now(:, :, c)), c=1, 3), &
+                                    -0.5_wp*dt_before*sum((before(:, j, :, :) + now)*v)]
+              before(:, j, :, :) = now
+            end associate
+          end do
+        end associate
       end associate
-      self%damping_energy = self%damping_energy &
-                    - 0.5_wp*dt_before*sum((self%before(p)%values + change)*v_before)
-      call move_alloc(change, self%before(p)%values)
     end do
+    if (.not. bodies%blank%parts(1)%element%motion%rows%is_shared) call self%sum_rows(instant)
   end subroutine damp
+
+  !> Forces and work of all control points.
+  pure subroutine sum_rows(self, instant)
+    class(damping_t), intent(inout) :: self
+    type(instant_t), intent(in) :: instant
+
+    self%force = sum(self%by_row(:3, :), 2)
+    self%damping_energy = self%damping_energy + sum(self%by_row(4, :))
+  end subroutine sum_rows
+
+  !> A control point needs no other.
+  pure logical function takes_some_rows(self) result(is_by_rows)
+    class(damping_t), intent(in) :: self
+
+    is_by_rows = .true.
+  end function takes_some_rows
+
+  !> The damping of all control points follows from sums over all.
+  pure logical function needs_all_rows(self) result(is_by_rows)
+    class(relaxation_t), intent(in) :: self
+
+    is_by_rows = .false.
+  end function needs_all_rows
+
+  !> The forces of the last step on all control points.
+  subroutine join_rows(self, bodies)
+    class(damping_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    integer :: n(4)
+
+    n = shape(self%before(1)%values)
+    call gather_rows(bodies%blank%parts(1)%element%motion%rows, [n(1), n(2), 3*n(3)], &
+                     self%before(1)%values)
+  end subroutine join_rows
 
   !> No force before the first step.
   subroutine start_damping(self, blank)
@@ -125,18 +175,21 @@ contains
     end do
   end subroutine start_damping
 
-  !> Velocities half a step back, from those that the forces of this instant have led to.
-  pure function velocities_before(body, instant) result(v)
+  !> Velocities half a step back, from those that the forces of this instant have led to, of some
+  !! rows of control points.
+  pure function velocities_before(body, instant, first, last) result(v)
     class(element_t), intent(in) :: body
     type(instant_t), intent(in) :: instant
+    integer, intent(in) :: first, last
     real(wp), allocatable :: v(:, :, :, :)
     integer :: c
 
     associate (motion => body%motion)
-      allocate (v, mold=motion%v)
+      v = motion%v(:, first:last, :, :)
       do c = 1, 3
-        v(:, :, :, c) = motion%v(:, :, :, c) - (instant%dt_mean/body%inertia) &
-                        *(motion%external_force(:, :, :, c) - motion%internal_force(:, :, :, c))
+        v(:, :, :, c) = v(:, :, :, c) - (instant%dt_mean/body%inertia(:, first:last, :)) &
+                        *(motion%external_force(:, first:last, :, c) &
+                          - motion%internal_force(:, first:last, :, c))
       end do
     end associate
   end function velocities_before
@@ -262,7 +315,7 @@ contains
     do p = 1, size(bodies%blank%parts)
       associate (body => bodies%blank%parts(p)%element, &
                  motion => bodies%blank%parts(p)%element%motion)
-        v_before = velocities_before(body, instant)
+        v_before = velocities_before(body, instant, 1, size(body%mass, 2))
         change = motion%internal_force - self%internal_force(p)%values
         ! Of a force at a seam a patch takes the share that it has of the mass there, so that every
         ! force counts once.

@@ -6,12 +6,14 @@ module effect
   use text, only: to_text
   use timer, only: timer_t, start_watch, stop_watch
   use blank, only: assembly_t
+  use ranks, only: traffic_t
+  use row_shares, only: row_shares_t, gather_row_values
   use motion_curve, only: curve_t, start_curve
   implicit none
   private
 
   public :: add_effect, apply_effects, carry_effects, sort_effects, previous_increment
-  public :: is_from_outside, any_from_outside
+  public :: is_from_outside, any_from_outside, any_by_row, sum_effects
 
   !> Where the step stands.
   type, public :: instant_t
@@ -45,12 +47,16 @@ module effect
     integer :: first_step = 1, last_step = huge(1)   !! of the deck, in which the effect acts
     integer :: given_step = 1              !! of the deck, that names it: its curve begins there
     type(curve_t) :: curve                 !! factor against time, of an effect that has one
+    !> Of an effect on velocities that has sums over control points: those of the rows along axis 2,
+    !! of all patches together, at the last call; (numbers, rows).
+    real(wp), allocatable :: by_row(:, :)
   contains
     procedure(apply_effect), deferred :: apply
     procedure(carry_effect), deferred :: carry     !! own state into a store, and back
     procedure :: start => start_effect
     procedure :: stop => stop_effect
     procedure :: tally => tally_effect
+    procedure :: sum_rows => has_no_sums
     procedure :: is_by_rows => needs_all_rows
     procedure :: widen_shares => needs_no_more
     procedure :: join_rows => has_no_rows
@@ -192,6 +198,52 @@ contains
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt             !! the time step to come
   end subroutine stop_effect
+
+  !> The sums of all rows are there.
+  pure subroutine has_no_sums(self, instant)
+    class(effect_t), intent(inout) :: self
+    type(instant_t), intent(in) :: instant
+  end subroutine has_no_sums
+
+  !> Has an effect that has acted sums over rows?
+  pure logical function any_by_row(effects)
+    type(effect_slot_t), intent(in) :: effects(:)
+    integer :: i
+
+    any_by_row = any([(allocated(effects(i)%item%by_row), i=1, size(effects))])
+  end function any_by_row
+
+  !> Where processes move but some of the rows: the sums of all effects on velocities, which have
+  !! acted on the rows here.
+  subroutine sum_effects(effects, rows, instant, traffic)
+    type(effect_slot_t), intent(inout) :: effects(:)
+    type(row_shares_t), intent(in) :: rows
+    type(instant_t), intent(in) :: instant
+    type(traffic_t), intent(inout) :: traffic
+    real(wp), allocatable :: values(:, :)
+    integer :: first(size(effects)), n, i
+
+    n = 0
+    do i = 1, size(effects)
+      first(i) = n + 1
+      if (allocated(effects(i)%item%by_row)) n = n + size(effects(i)%item%by_row, 1)
+    end do
+    allocate (values(n, rows%last_of(size(rows%last_of))))
+    do i = 1, size(effects)
+      associate (item => effects(i)%item)
+        if (allocated(item%by_row)) &
+          values(first(i):first(i) + size(item%by_row, 1) - 1, :) = item%by_row
+      end associate
+    end do
+    call gather_row_values(rows, values, traffic)
+    do i = 1, size(effects)
+      associate (item => effects(i)%item)
+        if (.not. allocated(item%by_row)) cycle
+        item%by_row = values(first(i):first(i) + size(item%by_row, 1) - 1, :)
+        call item%sum_rows(instant)
+      end associate
+    end do
+  end subroutine sum_effects
 
   !> Does the effect act where processes move but some of the rows of control points?
   pure logical function needs_all_rows(self) result(is_by_rows)

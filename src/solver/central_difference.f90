@@ -5,8 +5,7 @@
 module central_difference
   use kinds, only: wp
   use timer, only: start_watch, stop_watch
-  use effect, only: apply_effects
-  use boundary, only: any_prescribed, sum_supports
+  use effect, only: apply_effects, any_by_row, sum_effects
   use body_parts, only: has_edges, lead_edges
   use model, only: model_t
   use row_shares, only: row_shares_t
@@ -124,10 +123,10 @@ contains
     call apply_effects(model%supports, model%timer, model%bodies, run%instant)
     associate (rows => model%bodies%blank%parts(1)%element%motion%rows)
       is_summed = rows%is_shared
-      if (is_summed) is_summed = any_prescribed(model%supports)
+      if (is_summed) is_summed = any_by_row(model%supports)
       if (is_summed) then
         call start_watch(model%timer, model%watch_exchange)
-        call sum_supports(model%supports, rows, run%instant, model%bodies%blank%traffic)
+        call sum_effects(model%supports, rows, run%instant, model%bodies%blank%traffic)
         call stop_watch(model%timer, model%watch_exchange)
       end if
     end associate

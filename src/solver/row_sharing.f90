@@ -102,6 +102,9 @@ contains
     do i = 1, size(model%forces)
       call model%forces(i)%item%join_rows(model%bodies)
     end do
+    do i = 1, size(model%supports)
+      call model%supports(i)%item%join_rows(model%bodies)
+    end do
   end subroutine join_rows
 
   !> All rows are known, and each process moves them until they are shared again.
