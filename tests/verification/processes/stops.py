@@ -116,8 +116,8 @@ def any_number_continues(folder):
 
 
 def rows_are_taken_up_by_any_number(folder):
-    """The wide block on a floor, damped, and a shell between tools: each process moves its own rows,
-    which change hands."""
+    """The wide block on a floor, damped, and a shell between tools: each process moves its own
+    rows, which change hands."""
     floor = ringing(folder, "*CHECKPOINT, STEPS=100\n*DAMPING, ALPHA=1000\n" + FLOOR, "2e-4",
                     safety=0.9)
     for words in ([by_rows(floor)], SHELL_BOX):
