@@ -96,7 +96,7 @@ contains
            //"  --restart FILE     continue from a checkpoint NAME.ckpt.h5 of this deck"//feed &
            //"  --restart-any-build  also if another build of igaform wrote it"//feed &
            //"  --wall MINUTES     save the state and stop after so long"//feed &
-           //"  --rebalance N      igaform-mpi: share the work anew every N increments,"//feed &
+           //"  --rebalance N      igaform-mpi: share the work again every N increments"//feed &
            //"                     where it is uneven (default: after 64, 128, 256 ...)"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
            //"  --trial-run        with --check: a quick run with fewer elements, and what"//feed &

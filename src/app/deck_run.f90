@@ -433,7 +433,8 @@ contains
     if (relaxation_outcome(model%supports) /= "") then
       call log_line(log, "relaxation "//relaxation_outcome(model%supports))
     end if
-    if (allocated(model%ranks)) call log_lines(log, process_lines(model, timings%wall_seconds))
+    if (allocated(model%ranks)) &
+      call log_lines(log, process_lines(model, run%shared_at, timings%wall_seconds))
     call log_timings(log, timings)
   end subroutine finish
 

@@ -48,8 +48,9 @@ contains
   end function process_line
 
   !> Who moved what, balance of the work, what was exchanged, and memory. All processes call it.
-  function process_lines(model, wall_seconds) result(lines)
+  function process_lines(model, shared_at, wall_seconds) result(lines)
     type(model_t), intent(in), target :: model   !! with processes
+    integer(int64), intent(in) :: shared_at      !! increment at which they last shared the work
     real(wp), intent(in) :: wall_seconds         !! of all steps
     type(string_t), allocatable :: lines(:)
     type(contact_view_t), allocatable :: pairs(:)
@@ -84,9 +85,10 @@ contains
     allocate (lines(0))
     call append_text(lines, rows_line(model%bodies%blank%parts(1)%element%motion%rows, &
                                       size(model%bodies%blank%parts(1)%element%mass, 2)))
-    call append_text(lines, "balance    work of the busiest process over the mean: elements "// &
-                     ratio(all_values(1, :))//", contact "//ratio(all_values(2, :))// &
-                     ", together "//ratio(sum(all_values(:2, :), 1)))
+    call append_text(lines, &
+      "balance    work of the busiest process over the mean since increment "// &
+      to_text(shared_at)//": elements "//ratio(all_values(1, :))//", contact "// &
+      ratio(all_values(2, :))//", together "//ratio(sum(all_values(:2, :), 1)))
     call append_text(lines, "exchange   up to "//rounded_text(maxval(all_values(3, :)))// &
       " kB received by a process in each increment, "//rounded_text(minval(all_values(4, :)))// &
       " to "//rounded_text(maxval(all_values(4, :)))//" s of "//rounded_text(wall_seconds)// &

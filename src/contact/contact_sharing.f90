@@ -15,8 +15,8 @@ module contact_sharing
   implicit none
   private
 
-  public :: share_contact, join_contact, join_places, last_rows, add_row_costs, pass_touching, &
-            pass_bands, n_band_numbers
+  public :: share_contact, join_contact, last_rows, add_row_costs, pass_touching, pass_bands, &
+            n_band_numbers
 
 contains
 
@@ -154,26 +154,20 @@ contains
     reaches = tile%net_first(2) <= rows(2) .and. tile%net_last(2) >= rows(1)
   end function reaches
 
-  !> What is known of all points, at the first process alone or at all. The tiles stay shared.
-  subroutine join_contact(contact, is_everywhere)
+  !> What is known of all points, at the first process alone or at all; or only where the face is
+  !! and where its points are on the tool. The tiles stay shared.
+  subroutine join_contact(contact, is_everywhere, are_places)
     type(contact_t), intent(inout) :: contact
-    logical, intent(in) :: is_everywhere
+    logical, intent(in) :: is_everywhere, are_places
     type(state_store_t) :: store
 
     if (.not. contact%is_shared) return
     call join_tables(store, contact%ranks, is_everywhere)
-    call carry_contact(contact, store)
+    if (are_places) then
+      call carry_places(contact, store)
+    else
+      call carry_contact(contact, store)
+    end if
   end subroutine join_contact
-
-  !> Of the same but where the face is and where its points are on the tool.
-  subroutine join_places(contact, is_everywhere)
-    type(contact_t), intent(inout) :: contact
-    logical, intent(in) :: is_everywhere
-    type(state_store_t) :: store
-
-    if (.not. contact%is_shared) return
-    call join_tables(store, contact%ranks, is_everywhere)
-    call carry_places(contact, store)
-  end subroutine join_places
 
 end module contact_sharing

@@ -16,12 +16,9 @@ contains
   subroutine carry_contact(contact, store)
     type(contact_t), intent(inout) :: contact
     type(state_store_t), intent(inout) :: store
-    integer, allocatable :: here(:)
 
-    call find_points_here(contact, here)
-    call carry_motion(contact, store)
-    call carry_points_on_tool(contact, here, store)
-    call carry_loads(contact, here, store)
+    call carry_places(contact, store)
+    call carry_loads(contact, store)
     associate (n => contact%secondary%n_points)
       call carry(store, "is_static", contact%is_static)
       call carry(store, "share", contact%scale)
@@ -44,23 +41,20 @@ contains
   subroutine carry_places(contact, store)
     type(contact_t), intent(inout) :: contact
     type(state_store_t), intent(inout) :: store
-    integer, allocatable :: here(:)
 
-    call find_points_here(contact, here)
     call carry_motion(contact, store)
-    call carry_points_on_tool(contact, here, store)
+    call carry_points_on_tool(contact, store)
   end subroutine carry_places
 
-  !> What is known of the points of other processes is given up.
+  !> What is known of the points of other processes is given up. The face stays: its rows are also
+  !! those that own tiles touch.
   subroutine spare_points(contact)
     type(contact_t), intent(inout) :: contact
     type(state_store_t) :: store
-    integer, allocatable :: here(:)
 
-    call find_points_here(contact, here)
     allocate (sparing_t :: store%visitor)
-    call carry_points_on_tool(contact, here, store)
-    call carry_loads(contact, here, store)
+    call carry_points_on_tool(contact, store)
+    call carry_loads(contact, store)
   end subroutine spare_points
 
   !> Points of the tiles that are worked here, where processes share them; else not allocated.
@@ -94,11 +88,12 @@ contains
   end subroutine carry_motion
 
   !> Where points are on the tool, and when they are looked at again.
-  subroutine carry_points_on_tool(contact, here, store)
+  subroutine carry_points_on_tool(contact, store)
     type(contact_t), intent(inout) :: contact
-    integer, allocatable, intent(in) :: here(:)
     type(state_store_t), intent(inout) :: store
+    integer, allocatable :: here(:)
 
+    call find_points_here(contact, here)
     associate (n => contact%secondary%n_points)
       call carry_indices(store, "face", n, contact%n_faces, contact%face, here)
       call carry_columns(store, "local_coordinates", 2, n, contact%at, here)
@@ -107,12 +102,12 @@ contains
   end subroutine carry_points_on_tool
 
   !> What loads the points, and the rest of the search.
-  subroutine carry_loads(contact, here, store)
+  subroutine carry_loads(contact, store)
     type(contact_t), intent(inout) :: contact
-    integer, allocatable, intent(in) :: here(:)
     type(state_store_t), intent(inout) :: store
-    integer, allocatable :: places(:)
+    integer, allocatable :: here(:), places(:)
 
+    call find_points_here(contact, here)
     associate (n => contact%secondary%n_points)
       if (allocated(here)) places = [here, n + here, 2*n + here]
       if (allocated(contact%room)) call carry_columns(store, "room", 1, n, contact%room, here)

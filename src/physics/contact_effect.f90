@@ -15,7 +15,7 @@ module contact_effect
   use contact_state, only: carry_contact
   use tile_results, only: tile_result_t
   use contact_trim, only: trim_contact
-  use contact_sharing, only: share_contact, join_contact, join_places
+  use contact_sharing, only: share_contact, join_contact
   use ranks, only: ranks_t
   use row_shares, only: row_shares_t, know_all_rows
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
@@ -205,8 +205,7 @@ contains
     end do
   end subroutine share_pairs
 
-  !> What is known of the points of all pairs, at the first process alone or at all; or but where
-  !! they are, see `join_places`.
+  !> What is known of the points of all pairs, see `join_contact`.
   subroutine join_pairs(effects, is_everywhere, are_places)
     type(effect_slot_t), intent(inout), target :: effects(:)
     logical, intent(in) :: is_everywhere, are_places
@@ -215,11 +214,7 @@ contains
 
     pairs = contact_pairs(effects)
     do i = 1, size(pairs)
-      if (are_places) then
-        call join_places(pairs(i)%pair%pair, is_everywhere)
-      else
-        call join_contact(pairs(i)%pair%pair, is_everywhere)
-      end if
+      call join_contact(pairs(i)%pair%pair, is_everywhere, are_places)
     end do
   end subroutine join_pairs
 

@@ -253,7 +253,7 @@ contains
   end function needs_all_rows
 
   !> Where they do: first and last row that each process moves, (2, processes), and what the effect
-  !! needs beside them.
+  !! needs in addition.
   pure subroutine needs_no_more(self, moved_by)
     class(effect_t), intent(in) :: self
     integer, intent(inout) :: moved_by(:, :)

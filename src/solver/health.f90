@@ -194,7 +194,7 @@ contains
       associate (pair => pairs(i)%pair)
         if (pair%pair%statistics%first_failed > 0 .and. .not. pair%has_told_failure) then
           pair%has_told_failure = .true.
-          call join_contact(pair%pair, is_everywhere=.true.)
+          call join_contact(pair%pair, is_everywhere=.true., are_places=.false.)
           call append_text(warnings, "warning: "//pair%name// &
                            ": no closest point was found, "//when(instant)//", for "// &
                            contact_point_text(pair%pair, tools(pair%tool), &
@@ -212,7 +212,7 @@ contains
         else if (warning_limit > 0.0_wp .and. pair%depth > warning_limit*pair%thickness &
                  .and. .not. pair%has_warned) then
           pair%has_warned = .true.
-          call join_contact(pair%pair, is_everywhere=.true.)
+          call join_contact(pair%pair, is_everywhere=.true., are_places=.false.)
           call find_deepest_point(pair%pair, tools(pair%tool), deepest)
           call append_text(warnings, "warning: "//depth_message(pair, instant)//", "//deepest)
         end if

@@ -636,15 +636,13 @@ contains
     integer, intent(in) :: side
     real(wp), intent(in) :: forces(:, :, :)
     real(wp), allocatable :: both(:, :, :, :)
-    integer :: moved(2), face
+    integer :: face
 
     call self%look_at_faces()
     associate (force => self%motion%external_force)
       if (side > 4) then
         call add_face_forces(self%faces, side, self%thickness, forces, force, rows_moved(self))
-        moved = rows_moved(self)
-        call add_push(size(self%thickness), (moved(1) - 1)*size(self%thickness, 1) + 1, &
-                      moved(2)*size(self%thickness, 1), side, self%faces%director, forces, &
+        call add_push(shape(self%thickness), rows_moved(self), side, self%faces%director, forces, &
                       self%through%push)
       else
         allocate (both, mold=self%start_faces)

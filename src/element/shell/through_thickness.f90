@@ -109,23 +109,22 @@ contains
     total = sums(:, :, 1, 1)
   end function sums_of
 
-  !> Add what forces on a face press towards the mid-surface, by control point. Of some of them, all
-  !! whose pushes have the same 64 of memory are taken: a sum of products rounds in vectors as it
-  !! does not in what is left of a loop, so a loop over fewer would change the last bit.
-  pure subroutine add_push(n, first, last, side, director, forces, push)
-    integer, intent(in) :: n                                   !! control points
-    integer, intent(in) :: first, last                         !! that are wanted
+  !> Add what forces on a face press towards the mid-surface, by control point. Row by row: a sum of
+  !! products rounds in vectors as it does not in what is left of a loop, so that one loop over some
+  !! rows would have other bits than one over all of them.
+  pure subroutine add_push(n, rows, side, director, forces, push)
+    integer, intent(in) :: n(2)                                !! control points by axis
+    integer, intent(in) :: rows(2)                             !! first and last that are wanted
     integer, intent(in) :: side                                !! 5 or 6
-    real(wp), intent(in) :: director(n, 3), forces(n, 3)       !! [-], [force]
-    real(wp), intent(inout) :: push(n, 5:6)                    !! sums by side [force]
-    integer, parameter :: together = 64                        ! many times the lanes of any vector
-    integer :: a, b
+    real(wp), intent(in), dimension(n(1), n(2), 3) :: director, forces    !! [-], [force]
+    real(wp), intent(inout) :: push(n(1), n(2), 5:6)           !! sums by side [force]
+    integer :: j
 
-    a = (first - 1)/together*together + 1
-    b = min(n, (last + together - 1)/together*together)
-    push(a:b, side) = push(a:b, side) + merge(-1.0_wp, 1.0_wp, side == 6) &
-      *(forces(a:b, 1)*director(a:b, 1) + forces(a:b, 2)*director(a:b, 2) &
-        + forces(a:b, 3)*director(a:b, 3))
+    do j = rows(1), rows(2)
+      push(:, j, side) = push(:, j, side) + merge(-1.0_wp, 1.0_wp, side == 6) &
+        *(forces(:, j, 1)*director(:, j, 1) + forces(:, j, 2)*director(:, j, 2) &
+          + forces(:, j, 3)*director(:, j, 3))
+    end do
   end subroutine add_push
 
   !> The normal stress of the pushes so far, of some rows; the next ones begin from none.

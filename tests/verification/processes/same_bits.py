@@ -4,6 +4,7 @@ bits of the run by igaform.
 Usage: same_bits.py PROGRAM PROJECT MPI_PROGRAM MPIRUN PROCESSES [SCENE ...]
 """
 import pathlib
+import re
 import sys
 import tempfile
 
@@ -98,23 +99,26 @@ def scene(folder, name):
 
 
 def check(folder, name):
-    """One scene, with all counts of processes."""
+    """One scene, with all counts of processes; increments at which these shared the work last."""
     words, effects = scene(folder, name)
     igaform(folder, *words, "--threads", 1, "--out", "one.h5")
     with h5py.File(folder / "one.h5") as file:
         zero = [effect for effect in effects if not any_number(file, effect)]
     assert not zero, f"{name}: {zero} are zero"
     reference = datasets(folder / "one.h5")
+    shared = set()
     for count in COUNTS:
         for threads in (1, 2):
             # Two threads come with work that changes hands often.
             igaform_mpi(count, folder, *words, "--threads", threads, "--out", "shared.h5",
                         *(["--rebalance", 5] if threads == 2 else []))
             check_same(folder / "shared.h5", reference)
-            rows = [line for line in (folder / "shared.log").read_text().splitlines()
-                    if line.startswith("rows ")]
+            log = (folder / "shared.log").read_text()
+            shared.update(re.findall("since increment ([0-9]+):", log))
+            rows = [line for line in log.splitlines() if line.startswith("rows ")]
             assert count == 1 or (name in BY_ROWS) == (" of " in rows[-1]), (name, rows)
     print(f"{name}: {len(reference)} datasets have the same bits", flush=True)
+    return shared
 
 
 def any_number(file, name):
@@ -127,9 +131,11 @@ def any_number(file, name):
 def main():
     names = [*SCENES, *USER_LAWS]
     assert set(CHOSEN) <= set(names), f"unknown: {set(CHOSEN) - set(names)}; there are {names}"
+    shared = set()
     for name in CHOSEN or names:
         with tempfile.TemporaryDirectory() as place:
-            check(pathlib.Path(place), name)
+            shared |= check(pathlib.Path(place), name)
+    assert shared - {"0"}, f"work never changed hands: {shared}"
 
 
 if __name__ == "__main__":
