@@ -59,7 +59,8 @@ SCENES = {
     "draw bending": ("input/u_bend.key", ["stroke=3"], RUBBING),
 }
 # Whose control points each process moves by rows.
-BY_ROWS = ["channel", "shell channel", "box", "shell box", "late pair", "late pair of a shell"]
+BY_ROWS = ["channel", "shell channel", "box", "shell box", "late pair", "late pair of a shell",
+           "held"]
 # A user's law, in enough elements for the blocks of a VUMAT to lie in several tiles.
 STRIP = """*MATERIAL, NAME=steel
 *DENSITY
